@@ -5,7 +5,7 @@ from __future__ import annotations
 import gc
 import os
 
-from escort_mj import stopping
+from escort_mj import stopping, supervised
 
 OBJECTS = 250_000
 """New objects after which Python looks for garbage: a run has fewer, and looking took a tenth of its time."""
@@ -20,10 +20,22 @@ def main() -> None:
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "true")
     gc.set_threshold(OBJECTS)
+    supervised.supervise(_command)
+
+
+def _command(page: supervised.Page) -> None:
+    """Run a command, and tell with which exit code it ends."""
+    supervised.own_page = page
+    code = supervised.BROKEN
     try:
         stopping.command(_run)
+        code = 0
+    except SystemExit as end:
+        code = end.code if isinstance(end.code, int) else int(end.code is not None)
+        raise
     finally:
         gc.freeze()  # nor does it look at the end
+        page.end(code)
 
 
 def _run() -> None:

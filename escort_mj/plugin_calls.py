@@ -1,16 +1,92 @@
-"""Calls of what plugins bring: whatever goes wrong in one becomes one error that says where in the plugin."""
+"""Calls of what plugins bring: whatever goes wrong in one becomes one error that says where in the plugin.
+
+A plugin computes and returns. While it is called, or loaded, it may not end the process, start threads or
+other processes, send signals, print to standard output, warn, or change what the whole process shares, such
+as the working directory. What Python lets it do against that is refused where it happens, or found afterwards
+and put right; what takes too long is broken off.
+"""
 
 from __future__ import annotations
 
+import _thread
+import ctypes
+import math
+import os
+import random
+import signal
+import sys
+import sysconfig
+import threading
+import time
 import traceback
+import warnings
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
-from typing import Any
+from contextlib import contextmanager, suppress
+from types import ModuleType
+from typing import Any, TextIO
 
-from escort_mj import stopping
+import numpy as np
+
+from escort_mj import stopping, supervised
 from escort_mj.errors import NotLoggedError, PluginCallError
 
+LOOK = 0.25  # s between two looks at calls that take long
+ENDED = 3  # exit code of such a process
+MODULES = "escort_mj_plugin_"
+"""How the names of modules of plugin files begin."""
+
 _PACKAGE = __name__.partition(".")[0]
+_STANDARD = sysconfig.get_path("stdlib")
+_REFUSED = {
+    "os.fork": "starts a process",
+    "os.forkpty": "starts a process",
+    "os.posix_spawn": "starts a process",
+    "os.spawn": "starts a process",
+    "os.system": "starts a process",
+    "subprocess.Popen": "starts a process",
+    "os.exec": "replaces the process",
+    "os.kill": "sends a signal",
+    "os.killpg": "sends a signal",
+    "signal.pthread_kill": "sends a signal",
+    "os.chdir": "changes the working directory",
+    "os.putenv": "changes the environment",
+    "os.unsetenv": "changes the environment",
+}
+"""What Python announces before it is done (PEP 578), in words."""
+_UNANNOUNCED = (
+    (os, "_exit", "ends the process (os._exit)"),
+    (os, "abort", "ends the process (os.abort)"),
+    (os, "write", "writes to standard output"),
+    (signal, "raise_signal", "sends a signal"),
+    (threading, "_start_new_thread", "starts a thread"),
+    (_thread, "start_new_thread", "starts a thread"),
+)
+"""What it does not announce."""
+_LIBRARIES = ("builtins", "json", "math", "numpy", "numpy.linalg", "os", "sys", "time", "warnings")
+_exit = os._exit
+
+
+class Trespass(BaseException):  # noqa: N818 - an `except Exception` of the plugin is not to catch it
+    """What a plugin does and may not do."""
+
+
+class _Call:
+    """A call under way.
+
+    Attributes:
+        function: Which; None while a plugin is loaded.
+        file: The plugin's file.
+        began: When [s].
+        trespass: What it did and may not do, where it caught the error.
+        overdue: Since when its time is over; infinite if it is not [s].
+    """
+
+    def __init__(self, function: Callable[..., Any] | None, file: str) -> None:
+        self.function, self.file = function, file
+        self.began, self.trespass, self.overdue = time.monotonic(), "", math.inf
+
+
+_calls: dict[int, _Call] = {}  # by thread
 
 
 def is_plugins(function: Callable[..., Any]) -> bool:
@@ -20,13 +96,12 @@ def is_plugins(function: Callable[..., Any]) -> bool:
 
 def place_of(error: BaseException, function: Callable[..., Any]) -> str:
     """Where in a plugin an error was raised, and what it says: `custom_law.py:12: ZeroDivisionError: ...`."""
-    file = function.__code__.co_filename
+    file, line = function.__code__.co_filename, function.__code__.co_firstlineno
     lines = [frame.lineno for frame in traceback.extract_tb(error.__traceback__) if frame.filename == file]
-    line = lines[-1] if lines else function.__code__.co_firstlineno
-    words = " ".join(f"{type(error).__name__}: {error}".split()).removesuffix(":")
+    words = " ".join(f"{type(error).__name__}: {error}".split()).removesuffix(":").removeprefix("Trespass: ")
     if isinstance(error, AttributeError) and "can't set attribute" in words:
         words += "; arrays are written in place, as in robots.tau[:] = ..."
-    return f"{file}:{line}: {words}"
+    return f"{file}:{lines[-1] if lines else line}: {words}"
 
 
 @contextmanager
@@ -34,18 +109,375 @@ def calling(function: Callable[..., Any]) -> Iterator[None]:
     """Call a plugin's function within, and check there what it returned; a context manager.
 
     Args:
-        function: Of the plugin.
+        function: Of the plugin; one that ships is called as it is.
 
     Raises:
-        PluginCallError: For whatever is raised within, `SystemExit` and the like too; it names file and line.
+        PluginCallError: For whatever is raised within, `SystemExit` and the like too, and for whatever the
+            plugin does and may not do; it names file and line.
         NotLoggedError: If a log of real robots does not contain what is asked for.
         KeyboardInterrupt: If a user interrupts it.
     """
     try:
-        yield
+        if is_plugins(function):
+            with confined(function.__code__.co_filename, function):
+                yield
+        else:
+            yield
     except (NotLoggedError, PluginCallError):
         raise
     except BaseException as error:  # `SystemExit` would end the program as if all were well
         if isinstance(error, KeyboardInterrupt) and stopping.is_users():
             raise
         raise PluginCallError(place_of(error, function)) from error
+
+
+@contextmanager
+def confined(file: str, function: Callable[..., Any] | None = None) -> Iterator[None]:
+    """Run a plugin's code within, which may not do what ends or changes the process; a context manager.
+
+    Args:
+        file: The plugin's.
+        function: What is called; None while the plugin is loaded.
+
+    Raises:
+        Trespass: For what the plugin did and may not do, unless another error is on its way.
+    """
+    _prepare()
+    before, call = _Shared(function is None), begin(function, file)
+    try:
+        yield
+    except Trespass as error:
+        error.args = (call.trespass,)
+        raise
+    finally:
+        end(call)
+        changed = before.changed()
+    if found := call.trespass or changed:
+        raise Trespass(found)
+
+
+def begin(function: Callable[..., Any] | None, file: str) -> _Call:
+    """Note that this thread calls a plugin's function; `end` ends it."""
+    call = _calls[threading.get_ident()] = _Call(function, file)
+    if supervised.own_page is not None:
+        supervised.own_page.tell(file if function is None else _named(function))
+    return call
+
+
+def end(call: _Call) -> None:
+    """Note that a call of this thread has ended."""
+    _calls.pop(threading.get_ident(), None)
+    if supervised.own_page is not None:
+        supervised.own_page.tell("")
+
+
+def step(function: Callable[..., Any], first: bool, *arguments: Any) -> Any:
+    """Call a plugin's function that is called in every step; all that it may not do is looked for once.
+
+    Args:
+        function: Of the plugin.
+        first: Whether it is the first call of a mission.
+        arguments: Of the function.
+
+    Returns:
+        What it returned.
+
+    Raises:
+        Trespass: For what it did and may not do.
+    """
+    file = function.__code__.co_filename
+    if first:
+        with confined(file, function):
+            returned = function(*arguments)
+        if supervised.own_page is not None:
+            supervised.own_page.tell(_named(function), timed=False)  # until another is called
+        return returned
+    if type(sys.stdout) is not _Output and sys.stdout is not None:
+        sys.stdout = _Output(sys.stdout)
+    thread, call = threading.get_ident(), _Call(function, file)
+    _calls[thread] = call
+    try:
+        returned = function(*arguments)
+    except Trespass as error:
+        error.args = (call.trespass,)
+        raise
+    finally:
+        _calls.pop(thread, None)
+    if call.trespass:
+        raise Trespass(call.trespass)
+    return returned
+
+
+def _named(function: Callable[..., Any]) -> str:
+    """A function of a plugin, and where it begins."""
+    return f"{function.__code__.co_filename}:{function.__code__.co_firstlineno}: {function.__qualname__}"
+
+
+def _refuse(words: str) -> None:
+    """Raise an error if this thread is in a plugin's code.
+
+    Raises:
+        Trespass: Where it is.
+    """
+    call = _calls.get(threading.get_ident())
+    if call is not None:
+        call.trespass = call.trespass or f"a plugin must not do this: it {words}"
+        raise Trespass(call.trespass)
+
+
+def _audit(event: str, arguments: tuple[Any, ...]) -> None:
+    """Refuse what a plugin may not do, before Python does it."""
+    if event in _REFUSED and (call := _calls.get(threading.get_ident())) is not None:
+        by_signal = sys._getframe(1).f_code.co_filename == stopping.__file__  # a user's second interrupt
+        if not by_signal and (call.function is not None or _is_own(call.file)):
+            _refuse(_REFUSED[event])
+
+
+def _is_own(file: str) -> bool:
+    """Whether a file does what is being done, by itself or through Python's library; a package may do it."""
+    frame: Any = sys._getframe(2)
+    while frame is not None and frame.f_code.co_filename.startswith((_STANDARD, "<frozen")):
+        frame = frame.f_back
+    return frame is not None and frame.f_code.co_filename == file
+
+
+class _Output:
+    """Standard output, on which plugins may not write."""
+
+    def __init__(self, stream: TextIO) -> None:
+        self.stream = stream
+
+    def write(self, text: str, /) -> int:
+        """Write, but not for a plugin."""
+        _refuse("prints to standard output, which is the command's; print(..., file=sys.stderr) is allowed")
+        return self.stream.write(text)
+
+    def __getattr__(self, name: str) -> Any:
+        if name in ("buffer", "close", "detach", "writelines"):
+            _refuse("writes to standard output, or closes it")
+        return getattr(self.stream, name)
+
+
+class _Shared:
+    """What the whole process shares, as it was before a plugin's code ran."""
+
+    def __init__(self, loading: bool) -> None:
+        self._loading = loading
+        self._streams = sys.stdin, sys.stdout, sys.stderr
+        self._output = _Output(sys.stdout) if sys.stdout is not None else None
+        if self._output is not None and not isinstance(sys.stdout, _Output):
+            sys.stdout = self._output
+        self._now = sys.stdin, sys.stdout, sys.stderr
+        self._copies = [None if file is None else os.dup(number) for number, file in enumerate(_files())]
+        self._files, self._folder, self._environment = _files(), _folder(), dict(os.environ)
+        self._errors, self._numpy, self._python = np.geterr(), np.random.get_state(), random.getstate()
+        self._handlers, self._timer = _handlers(), signal.getitimer(signal.ITIMER_REAL)
+        self._filters = list(warnings.filters)
+        self._limits = sys.getrecursionlimit(), sys.gettrace(), sys.getprofile()
+        self._functions = {module: _functions(module) for module in _shared_modules(loading)}
+
+    def changed(self) -> str:
+        """What the plugin changed, in words, put right again; empty for nothing."""
+        found = []
+        if (sys.stdin, sys.stdout, sys.stderr) != self._now:
+            found.append("replaces a standard stream")
+        sys.stdin, sys.stdout, sys.stderr = self._streams
+        if _files() != self._files:
+            found.append("closes or redirects a standard stream")
+            for number, copy in enumerate(self._copies):
+                if copy is not None:
+                    os.dup2(copy, number)
+        for copy in self._copies:
+            if copy is not None:
+                os.close(copy)
+        if _folder() != self._folder:
+            found.append("changes the working directory")
+            with suppress(OSError):
+                os.chdir(self._folder)
+        if dict(os.environ) != self._environment:
+            found.append("changes the environment")
+            os.environ.clear()
+            os.environ.update(self._environment)
+        if np.geterr() != self._errors:
+            found.append(
+                "changes how NumPy reports errors (np.seterr); np.errstate does so for some lines only"
+            )
+            np.seterr(**self._errors)
+        if not _same_state(np.random.get_state(), self._numpy) or random.getstate() != self._python:
+            found.append("seeds or draws shared random numbers; numpy.random.default_rng(seed) has its own")
+            np.random.set_state(self._numpy)
+            random.setstate(self._python)
+        found += self._changed_signals()
+        if (sys.getrecursionlimit(), sys.gettrace(), sys.getprofile()) != self._limits:
+            found.append("changes the interpreter")
+            sys.setrecursionlimit(self._limits[0])
+            sys.settrace(self._limits[1])
+            sys.setprofile(self._limits[2])
+        strict = [each for each in warnings.filters if each[0] == "error" and each not in self._filters]
+        if strict or (not self._loading and warnings.filters != self._filters):
+            found.append("changes what becomes of warnings")
+            warnings.filters[:] = self._filters  # type: ignore[index]
+        for module, before in self._functions.items():
+            for name, value in before.items():
+                if getattr(module, name, None) is not value:
+                    found.append(f"replaces {module.__name__}.{name}")
+                    setattr(module, name, value)
+        return f"a plugin must not do this: it {found[0]}" if found else ""
+
+    def _changed_signals(self) -> Iterator[str]:
+        """Handlers and timers of signals that are others now, put right again."""
+        if threading.current_thread() is not threading.main_thread():
+            return
+        for number, handler in self._handlers.items():
+            if signal.getsignal(number) != handler:
+                yield "handles signals"
+                signal.signal(number, handler)
+        if signal.getitimer(signal.ITIMER_REAL)[0] > self._timer[0]:
+            yield "sets a timer"
+            signal.setitimer(signal.ITIMER_REAL, 0.0)
+
+
+def _files() -> list[tuple[int, int] | None]:
+    """What the standard files are."""
+    found: list[tuple[int, int] | None] = []
+    for number in range(3):
+        try:
+            status = os.fstat(number)
+            found.append((status.st_dev, status.st_ino))
+        except OSError:
+            found.append(None)
+    return found
+
+
+def _folder() -> str:
+    """The working directory; empty where it is gone."""
+    try:
+        return os.getcwd()
+    except OSError:
+        return ""
+
+
+def _handlers() -> dict[int, Any]:
+    """How signals are handled that Python can handle."""
+    known = ((int(number), signal.getsignal(number)) for number in signal.valid_signals() if number < 32)
+    return {number: handler for number, handler in known if handler is not None}
+
+
+def _same_state(one: Any, other: Any) -> bool:
+    """Whether two states of NumPy's random numbers are the same."""
+    return bool(one[2:] == other[2:] and np.array_equal(one[1], other[1]))
+
+
+def _shared_modules(every: bool) -> list[ModuleType]:
+    """Modules and, of this package, their classes whose functions a plugin must not replace."""
+    names = [
+        name
+        for name in sys.modules
+        if name in _LIBRARIES or (name.startswith(f"{_PACKAGE}.") and (every or name in _JUDGES))
+    ]
+    modules = [sys.modules[name] for name in names if isinstance(sys.modules[name], ModuleType)]
+    classes = [
+        value
+        for module in modules
+        if module.__name__.startswith(_PACKAGE)
+        for value in vars(module).values()
+        if isinstance(value, type) and value.__module__ == module.__name__
+    ]
+    return [*modules, *classes]  # type: ignore[list-item]
+
+
+_JUDGES = {f"{_PACKAGE}.{name}" for name in ("measuring", "metrics.metric", "expect.verdicts", "mission")}
+_JUDGES |= {f"{_PACKAGE}.{name}" for name in ("expectations.expectation", "record.recording", "errors")}
+
+
+def _functions(module: Any) -> dict[str, Any]:
+    """Functions and classes of a module or class, by name, as they are looked up."""
+    kinds = (type, type(_functions), type(len), np.ufunc)
+    return {
+        name: getattr(module, name)
+        for name, value in vars(module).items()
+        if isinstance(value, kinds) and not name.startswith("__")
+    }
+
+
+def _guard(module: Any, name: str, words: str) -> None:
+    """Have a function of Python refuse to be called by plugins; of this, Python announces nothing."""
+    usual = getattr(module, name)
+
+    def guarded(*arguments: Any, **more: Any) -> Any:
+        call = _calls.get(threading.get_ident())
+        allowed = name == "write" and arguments[:1] != (1,)
+        if call is not None and not allowed and (call.function is not None or _is_own(call.file)):
+            if sys._getframe(1).f_code.co_filename != stopping.__file__:  # a user's second interrupt
+                _refuse(words)
+        return usual(*arguments, **more)
+
+    setattr(module, name, guarded)
+
+
+def _warnings_are_errors() -> None:
+    """Make warnings that a plugin's file causes errors; that something will be taken away is none."""
+    first = ("error", None, Warning, 0)
+    known = [(each[0], each[1], each[2], each[4]) for each in warnings.filters if _is_of_plugins(each[3])]
+    if first in known:
+        return
+    warnings.filterwarnings("error", module=MODULES)
+    for kind in (
+        DeprecationWarning,
+        PendingDeprecationWarning,
+        FutureWarning,
+        ImportWarning,
+        ResourceWarning,
+    ):
+        warnings.filterwarnings("default", category=kind, module=MODULES)
+
+
+def _is_of_plugins(module: Any) -> bool:
+    return module is not None and getattr(module, "pattern", module) == MODULES
+
+
+_prepared = False
+_preparing = threading.Lock()
+
+
+def _prepare() -> None:
+    """Watch what plugins do from now on, and how long it takes."""
+    global _prepared
+    _warnings_are_errors()
+    if _prepared:
+        return
+    with _preparing:
+        if _prepared:
+            return
+        sys.addaudithook(_audit)
+        for module, name, words in _UNANNOUNCED:
+            _guard(module, name, words)
+        threading.Thread(target=_watch, daemon=True, name="watch over plugins").start()
+        _prepared = True
+
+
+def _watch() -> None:
+    """Break off calls that take too long; end a supervised process where they take no notice."""
+    while True:
+        time.sleep(LOOK)
+        limit, now = supervised.timeout() or math.inf, time.monotonic()
+        for thread, call in _calls.copy().items():
+            if now - call.began < limit:
+                continue
+            if math.isinf(call.overdue):
+                call.overdue = now
+                call.trespass = supervised.too_long()
+                ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(thread), ctypes.py_object(Trespass))
+            elif supervised.own_page is not None and now - call.overdue > supervised.GRACE:
+                supervised.own_page.tell(f"{_line_of(thread, call)}: {call.trespass}", timed=False)
+                _exit(ENDED)
+
+
+def _line_of(thread: int, call: _Call) -> str:
+    """File and line of a plugin at which a thread is."""
+    frame = sys._current_frames().get(thread)
+    while frame is not None:
+        if frame.f_code.co_filename == call.file:
+            return f"{call.file}:{frame.f_lineno}"
+        frame = frame.f_back
+    return call.file

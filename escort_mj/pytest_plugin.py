@@ -120,7 +120,13 @@ def _holds_scenarios(path: Path, asked: bool) -> bool:
 
 
 class ScenarioFile(pytest.File):
-    """A scenario: the run of each seed is made when the first of its tests needs it."""
+    """A scenario: the run of each seed is made when the first of its tests needs it.
+
+    Attributes:
+        has_plugins: Whether it has plugins, which could end the process that runs it.
+    """
+
+    has_plugins = False
 
     def collect(self) -> Iterable[ScenarioTest]:
         """Per seed one test for the outcome and one per expectation, or one that says what is wrong."""
@@ -132,10 +138,11 @@ class ScenarioFile(pytest.File):
         label = os.path.relpath(self.path.with_suffix(""), self.config.rootpath)
         case = Case(self.path, label.replace("..", "up"))
         try:
-            expected = load_file(self.path).expect
+            scenario = load_file(self.path)
         except EscortError:
             yield self._test(case, "scenario", None, 1)
             return
+        expected, self.has_plugins = scenario.expect, bool(scenario.plugins)
         lines = expectation_lines(self.path)
         for run in with_seeds([case], self.config.getoption("escort_seeds")):
             names: dict[str, int] = {}
@@ -161,11 +168,15 @@ class ScenarioFile(pytest.File):
     def checked(self, case: Case) -> Checked:
         """What came of the scenario with one seed."""
         from escort_mj.report.video.video import render_clip
-        from escort_mj.study.check import CheckJob, perform_check
+        from escort_mj.study.check import CheckJob, crashed, perform_check
+        from escort_mj.study.engine.parallel import side_by_side
 
         keeps = self.config.getoption("escort_video")
         folder = _out(self.config) / case.name if keeps else None
-        return perform_check(CheckJob(case, folder, keep=False, clip=render_clip if keeps else None))
+        job = CheckJob(case, folder, keep=False, clip=render_clip if keeps else None)
+        if not self.has_plugins:
+            return perform_check(job)
+        return side_by_side(perform_check, [job], 1, lost=crashed)[0]  # what ends the process ends no tests
 
 
 class NotHeld(pytest.fail.Exception):  # type: ignore[name-defined]

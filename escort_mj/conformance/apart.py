@@ -14,7 +14,7 @@ from escort_mj.conformance import stand
 from escort_mj.conformance.checking import Check, check_plugin
 from escort_mj.errors import EscortError, PluginError
 
-CHECK, TRYING, REFUSED, BROKE = "check", "trying", "refused", "broke"
+CHECK, TRYING, REFUSED, BROKE, DONE = "check", "trying", "refused", "broke", "done"
 
 
 def check_apart(written: str) -> Iterator[Check]:
@@ -39,18 +39,20 @@ def check_apart(written: str) -> Iterator[Check]:
             )
         finally:
             os.close(writing)
-        member, tried = "plugin", "to load it"
+        member, tried, done = "plugin", "to load it", False
         try:
             for message in map(json.loads, messages):
                 if CHECK in message:
                     yield Check(*message[CHECK])
                 elif TRYING in message:
                     member, tried = message[TRYING]
+                elif DONE in message:
+                    done = True
                 elif REFUSED in message:
                     raise PluginError(message[REFUSED])
                 else:
                     raise RuntimeError(message[BROKE])
-            if code := child.wait():
+            if (code := child.wait()) or not done:
                 yield Check(member, "survives", False, f"{_ending(code)} while it was tried {tried}")
         finally:
             child.kill()
@@ -83,6 +85,7 @@ def serve(file: int, written: str) -> None:
         try:
             for check in check_plugin(written):
                 tell(CHECK, (check.member, check.name, bool(check.held), check.words))
+            tell(DONE, None)
         except EscortError as error:
             tell(REFUSED, str(error))
         except Exception as error:

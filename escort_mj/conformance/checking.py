@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from escort_mj import stopping
 from escort_mj.behaviors.behavior import Behavior
 from escort_mj.components.parameters import NAME_KEYS
 from escort_mj.conformance.behaviors import check_behavior
@@ -17,12 +18,12 @@ from escort_mj.conformance.parameters import check_parameters
 from escort_mj.conformance.policies import check_policy
 from escort_mj.conformance.records import check_expectation, try_metric
 from escort_mj.conformance.stand import BrokenError, CheckResult
-from escort_mj.control.custom.place import place_of
 from escort_mj.errors import EscortError
 from escort_mj.estimators import Estimator
 from escort_mj.expectations.expectation import Expectation
 from escort_mj.laws.law import Law
 from escort_mj.metrics.metric import Metric
+from escort_mj.plugin_calls import place_of
 from escort_mj.policies import Policy
 from escort_mj.robots import RobotKind
 from escort_mj.scenario.reader.catalog import assemble, scenario_type
@@ -84,7 +85,9 @@ def check_plugin(written: str) -> Iterator[Check]:
             except EscortError as error:
                 yield Check(name, "runs", False, str(error))
                 break
-            except Exception as error:  # of the plugin's own code, called outside a mission
+            except BaseException as error:  # of the plugin's own code, called outside a mission
+                if isinstance(error, KeyboardInterrupt | GeneratorExit) and stopping.is_users():
+                    raise
                 own = [each for each in vars(member).values() if hasattr(each, "__code__")]
                 yield Check(name, "runs", False, place_of(error, [*own, check_plugin][0]))
                 break

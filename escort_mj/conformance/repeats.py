@@ -17,7 +17,7 @@ from escort_mj.conformance.stand import (
     relative_gap,
     stands,
 )
-from escort_mj.control.custom.place import place_of
+from escort_mj.plugin_calls import place_of
 from escort_mj.policies import Policy
 from escort_mj.scenario.schema.scenario import Scenario
 

@@ -41,7 +41,7 @@ ROOMS = (
     *("memory", "world/loop"),
 )
 NO_CONSTANTS = {  # modules from which no kernel takes anything
-    *("__init__.py", "errors.py", "plugin_calls.py", "stopping.py"),
+    *("__init__.py", "errors.py", "plugin_calls.py", "stopping.py", "supervised.py"),
     *(f"native/{name}.py" for name in ("artifacts", "cache", "levels", "shipped")),
 }
 _IMPORT = re.compile(r"^from (escort_mj[\w.]*) import (\([^)]*\)|.*)", re.MULTILINE)

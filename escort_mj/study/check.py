@@ -79,9 +79,9 @@ def check_scenarios(
 
 def crashed(task: CheckJob, cause: str) -> Checked:
     """The result of a scenario that kills every process that checks it."""
-    words = (
-        f"the process that ran it died each time ({cause}): a plugin that crashes, no memory, a full disk?"
-    )
+    words = f"the process that ran it died each time: {cause}"
+    if "while this was called" not in cause and "takes longer than" not in cause:
+        words += " (a plugin that crashes, no memory, a full disk?)"
     folder = None if task.folder is None else free_place(task.folder, CHECK)
     kept = folder if folder is not None and folder.is_dir() else None
     return Checked(task.case, seed=task.case.seed, error=words, folder=kept)

@@ -17,13 +17,13 @@ import numpy as np
 
 from escort_mj.components.component import Component, layout_of
 from escort_mj.components.views import LawView
-from escort_mj.control.custom.place import place_of
 from escort_mj.errors import CompilerMissingError, PluginError
 from escort_mj.native import artifacts, cache
 from escort_mj.native.fields import Array
 from escort_mj.native.kernels import DOUBLE, external, place, vector_at
 from escort_mj.native.memory import Layout, layout_with
 from escort_mj.native.on_demand import CLASSES
+from escort_mj.plugin_calls import place_of, step
 
 MOST = 512  # functions of plugins that a process knows
 RAISED = 1  # status of a call that raised an error
@@ -147,8 +147,9 @@ def _called_back(model: type[Component], function: Callable[..., Any], layout: L
         if state in _failures:
             return RAISED
         try:
+            first = own not in _seen.get(state, ())
             parameters, view = _views(model, layout, own, plan, state)
-            returned = function(parameters, view, *robot)
+            returned = step(function, first, parameters, view, *robot)
             if robot:
                 if returned not in ((-1, 0, 1) if model.answers else (None,)):
                     expected = model.answers or "nothing"

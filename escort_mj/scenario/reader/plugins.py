@@ -13,6 +13,7 @@ import os
 import sys
 import threading
 import traceback
+import warnings
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from importlib.machinery import SourceFileLoader
@@ -23,6 +24,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
+from escort_mj import stopping
 from escort_mj.behaviors.behavior import Behavior
 from escort_mj.components.component import COMPILED, Component
 from escort_mj.errors import PluginError
@@ -30,6 +32,7 @@ from escort_mj.estimators import Estimator
 from escort_mj.expectations.expectation import Expectation
 from escort_mj.laws.law import Law
 from escort_mj.metrics.metric import metrics_of
+from escort_mj.plugin_calls import Trespass, confined
 from escort_mj.policies import Policy
 from escort_mj.robots import RobotKind
 from escort_mj.scenario.findings import did_you_mean, listed
@@ -190,9 +193,9 @@ def _load_file(path: Path, source: PluginSource) -> Plugin:
     ):  # else texts below parameters are looked for in the module
         inspect.modulesbyfile.pop(file, None)  # that was loaded from there before its content changed
     try:
-        with _messages(str(path)):
+        with _messages(str(path)), confined(str(path)):
             loader.exec_module(module)
-        members = _members(module, str(path), name)
+            members = _members(module, str(path), name)
     except BaseException:
         del sys.modules[name]
         raise
@@ -209,7 +212,7 @@ def _load_package(name: str, source: PluginSource) -> Plugin:
             "a file is named with its suffix, .py"
         )
     entry: EntryPoint = known[name]
-    with _messages(name):
+    with _messages(name), confined(name):
         module = entry.load()
     if not isinstance(module, ModuleType):
         raise PluginError(f"{name}: its entry point is {entry.value}; expected a module")
@@ -260,7 +263,9 @@ class _Content(SourceFileLoader):
 
     def get_code(self, fullname: str) -> CodeType:
         """The content, compiled."""
-        return self.source_to_code(self._content, self.path)
+        with warnings.catch_warnings():
+            warnings.simplefilter("error", SyntaxWarning)
+            return self.source_to_code(self._content, self.path)
 
 
 class _messages:  # noqa: N801 - a context manager, used like a function
@@ -273,19 +278,47 @@ class _messages:  # noqa: N801 - a context manager, used like a function
         pass
 
     def __exit__(self, kind: Any, error: BaseException | None, trace: Any) -> None:
-        if error is None or isinstance(error, KeyboardInterrupt):
+        if error is None or (isinstance(error, KeyboardInterrupt) and stopping.is_users()):
             return
         if isinstance(error, PluginError):
-            raise PluginError(f"{self._name}: {error}") from None
+            words = str(error)
+            raise PluginError(words if words.startswith(self._name) else f"{self._name}: {words}") from None
         if isinstance(error, SyntaxError):
             place = f"{error.filename or self._name}:{error.lineno or 0}:{error.offset or 0}"
             raise PluginError(f"{place}: this is not Python: {error.msg}") from None
         frames = [frame for frame in traceback.extract_tb(trace) if frame.filename == self._name]
-        place = f"{self._name}:{frames[-1].lineno}" if frames else self._name
         words = str(error).strip().partition("\n")[0]
+        line = frames[-1].lineno if frames else _line_of(self._name, words)
+        place = f"{self._name}:{line}" if line else self._name
         if isinstance(error, ImportError) and error.name and _beside(self._name, error.name):
             words += "; a plugin file stands alone: a plugin of several modules is an installed package"
-        raise PluginError(f"{place}: {type(error).__name__}: {words}".removesuffix(": ")) from None
+        kind = "" if isinstance(error, Trespass) else f"{type(error).__name__}: "
+        raise PluginError(f"{place}: {kind}{words}".removesuffix(": ")) from None
+
+
+_SIGNS = {
+    "standard stream": "std",
+    "working directory": "chdir",
+    "environment": "environ",
+    "np.seterr": "seterr",
+    "random": "random",
+    "handles signals": "signal",
+    "timer": "timer",
+    "the interpreter": "sys.set",
+    "of warnings": "warnings.",
+}
+"""What stands in a line that changes what the process shares, by what is said of it."""
+
+
+def _line_of(file: str, words: str) -> int:
+    """The first line of a plugin that seems to have done what was found afterwards, from 1; 0 for none."""
+    signs = [sign for said, sign in _SIGNS.items() if said in words]
+    if " replaces " in words and not signs:
+        signs = [words.rpartition(".")[2]]
+    lines = linecache.getlines(file)
+    return next(
+        (k for k, text in enumerate(lines, 1) if signs and signs[0] in text and "import" not in text[:7]), 0
+    )
 
 
 def _beside(file: str, module: str) -> bool:

@@ -6,6 +6,7 @@ import atexit
 import multiprocessing
 import os
 import signal
+import tempfile
 import threading
 from collections.abc import Callable, Generator, Iterable, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
@@ -16,9 +17,10 @@ from itertools import islice
 from multiprocessing import forkserver, resource_tracker
 from multiprocessing.connection import wait as wait_for
 from multiprocessing.context import ForkServerContext, ForkServerProcess
+from pathlib import Path
 from typing import Any, TypeVar
 
-from escort_mj import stopping
+from escort_mj import stopping, supervised
 from escort_mj.errors import EscortError
 
 Item = TypeVar("Item")
@@ -85,8 +87,13 @@ def _end_parent(number: int | None) -> None:
             os.kill(number, signal.SIGKILL)
 
 
-def _die_with_parent() -> None:
-    """End this worker when the process that wants its results is gone, however that ended."""
+def _begin(pages: str) -> None:
+    """Tell the process that wants this worker's results which plugin it calls, and end when that is gone.
+
+    Args:
+        pages: Folder in which workers tell it, in files with the numbers of their processes.
+    """
+    supervised.own_page = supervised.page_in(Path(pages) / str(os.getpid()))
     parent = multiprocessing.parent_process()
     assert parent is not None, "a worker has a parent"
 
@@ -102,7 +109,10 @@ class _Pool:
 
     def __init__(self, count: int) -> None:
         self._context = parent_of_workers()
-        self._executor = ProcessPoolExecutor(count, self._context, initializer=_die_with_parent)
+        self._pages = tempfile.TemporaryDirectory(prefix="escort_mj_", ignore_cleanup_errors=True)
+        self._executor = ProcessPoolExecutor(
+            count, self._context, initializer=_begin, initargs=(self._pages.name,)
+        )
 
     def submit(self, function: Callable[..., Result], *arguments: Any) -> Future[Result]:
         # A worker that starts is to be known; where that waits for imports, it has to do without them.
@@ -121,13 +131,32 @@ class _Pool:
                     process.kill()
             self._executor.shutdown(cancel_futures=True)
 
+    def end_overdue(self) -> None:
+        """End workers in which a plugin's code takes so long that they do not break it off themselves."""
+        for process in self._context.started:
+            page = self._page(process)
+            if page is not None and page.overdue and process.pid is not None:
+                page.tell(f"{page.words}: {supervised.too_long()}", timed=False)
+                os.kill(process.pid, signal.SIGKILL)
+
     def cause(self) -> str:
-        """What the first worker that died died of, once all have ended."""
-        codes = [process.exitcode for process in self._context.started]
-        first = [code for code in codes if code not in (None, 0, -signal.SIGTERM)]  # the others were asked to
-        if not first or first[0] is None:
+        """What the first worker that died died of, and what it called, once all have ended."""
+        codes = {process: process.exitcode for process in self._context.started}
+        calling = {process: page.words for process in codes if (page := self._page(process)) and page.words}
+        first = [
+            process
+            for process, code in codes.items()
+            if code not in (None, -signal.SIGTERM) and (code or process in calling)  # others were asked to
+        ]
+        if not first:
             return "it ended"
-        return f"killed by {signal.Signals(-first[0]).name}" if first[0] < 0 else f"exit code {first[0]}"
+        found = next((process for process in first if process in calling), first[0])
+        return supervised.told(calling.get(found, ""), codes[found] or 0)
+
+    def _page(self, process: ForkServerProcess) -> supervised.Page | None:
+        """What a worker says; None where it has not begun."""
+        file = Path(self._pages.name) / str(process.pid)
+        return supervised.page_in(file) if file.exists() else None
 
 
 class Workers:
@@ -180,6 +209,8 @@ class Workers:
                         job, tries = again.pop()
                         future = self._pool.submit(function, job)
                         flying[future] = job, tries
+                        while not wait([future], supervised.LOOK).done:
+                            self._pool.end_overdue()
                         result = future.result()
                         del flying[future]
                         yield job, result
@@ -188,7 +219,10 @@ class Workers:
                             flying[self._pool.submit(function, more[0])] = more[0], 0
                         if not flying:
                             return
-                        for future in wait(flying, return_when=FIRST_COMPLETED).done:
+                        done = wait(flying, supervised.LOOK, FIRST_COMPLETED).done
+                        if not done:
+                            self._pool.end_overdue()
+                        for future in done:
                             result = future.result()
                             job, _ = flying.pop(future)
                             yield job, result

@@ -115,6 +115,12 @@ def row_of_nothing(job: Job, outcome: str, message: str, wall_time: float) -> Ro
     return Row(job.key, job.seed, job.settings, outcome, message, False, 0.0, wall_time, [], "", {}, {})
 
 
-def killed(job: Job) -> Row:
-    """The row of a run that killed whatever process tried it."""
-    return row_of_nothing(job, Outcome.KILLED.value, "its worker process died, time and again", 0.0)
+def killed(job: Job, cause: str = "") -> Row:
+    """The row of a run that killed whatever process tried it.
+
+    Args:
+        job: Which.
+        cause: What they died of, if that is known.
+    """
+    words = f"its worker process died, time and again{cause and f': {cause}'}"
+    return row_of_nothing(job, Outcome.KILLED.value, words, 0.0)
