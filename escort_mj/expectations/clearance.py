@@ -8,7 +8,8 @@ from pydantic import NonNegativeFloat
 from escort_mj.expectations.bound import Limits, held_against
 from escort_mj.expectations.expectation import Judgment, Sides, Windowed
 from escort_mj.expectations.sides import sides
-from escort_mj.expectations.touches import least_clearance, require_sides
+from escort_mj.expectations.touches import clearance_watch, least_clearance, require_sides
+from escort_mj.metrics.watching import Watch, to_the_step
 
 
 class ClearanceExpectation(Windowed):
@@ -26,10 +27,20 @@ class ClearanceExpectation(Windowed):
 
     def judge(self, trace: Any) -> Judgment:
         """Whether the least distance of the window is enough."""
-        found = held_against(least_clearance(trace, self.clearance), "m", [self._bound])
+        least = to_the_step(trace, self._watch, least_clearance(trace, self.clearance))
+        found = held_against(least, "m", [self._bound])
         if found.held:
             require_sides(trace, self.clearance)
         return found
+
+    @property
+    def watches(self) -> tuple[Watch, ...]:
+        """When the clearance is least."""
+        return (self._watch,)
+
+    @property
+    def _watch(self) -> Watch:
+        return clearance_watch(self.clearance)
 
     @property
     def lasting(self) -> bool:

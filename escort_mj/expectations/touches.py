@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from escort_mj.metrics.metric import Measure
 from escort_mj.metrics.reading import manner_of
+from escort_mj.metrics.watching import Course, Fold, Watch, nothing, simple
 from escort_mj.record.episodes import during, moving_as, without_forces
 from escort_mj.record.recording import require_places
 
@@ -103,6 +104,25 @@ def least_clearance(trace: Recorded, sides: Sides | None) -> Measure:
     if not known:
         return Measure(None, reason=UNWATCHED.format(*(sides or ("any", "body"))))
     return best
+
+
+def clearance_watch(sides: Sides) -> Watch:
+    """What is asked to know when the clearance of two sides was least."""
+
+    def values(trace: Recorded) -> NDArray[np.float64]:
+        found, groups = [nothing(trace.sizes["time"])], trace["group"].values.tolist()
+        for side, other in (sides, sides[::-1]):
+            if other not in groups:
+                continue
+            column, members = groups.index(other), _members(trace, side)[: trace.sizes["robot"]]
+            if side != "target":
+                found.append(trace["clearance"].values[:, members, column])
+            elif other not in ("robots", "target"):
+                found.append(trace["target_clearance"].values[:, [column]])
+        return np.concatenate(found, axis=1)
+
+    signals = ("clearance", "target_clearance")
+    return Watch(Course(f"clearance {'/'.join(sides)}", signals, simple(values)), Fold.LEAST)
 
 
 def _nearest(trace: Recorded, side: str, other: str, column: int) -> Measure | None:

@@ -10,7 +10,7 @@ import numpy as np
 
 from escort_mj.metrics.metric import Bodies, Measure, metric
 from escort_mj.metrics.reading import ALONE, manner_of, name_robots, robot
-from escort_mj.metrics.watching import Course, Fold, Watch, nothing, simple, worst_of
+from escort_mj.metrics.watching import Course, Fold, Watch, nothing, simple, to_the_step, worst_of
 from escort_mj.record.recording import require_places
 
 if TYPE_CHECKING:
@@ -19,7 +19,20 @@ if TYPE_CHECKING:
 UNOBSTRUCTED = "there are no obstacles"
 
 
-def _clearance(trace: Recorded, groups: Sequence[str], reason: str) -> Measure:
+def _watch(*groups: str) -> Watch:
+    """What is asked to know when clearances to some groups were least."""
+
+    def values(trace: Recorded) -> np.ndarray:
+        columns = np.isin(trace["group"].values, groups)
+        return trace["clearance"].values[:, :, columns].reshape(trace.sizes["time"], -1)
+
+    return Watch(Course(f"clearance {'/'.join(groups)}", ("clearance",), simple(values)), Fold.LEAST)
+
+
+OBSTACLES, ROBOTS = _watch("obstacles", "walls"), _watch("robots")
+
+
+def _clearance(trace: Recorded, groups: Sequence[str], watch: Watch, reason: str) -> Measure:
     """Least clearance of robots to some groups, watched at every physics step."""
     require_places(trace, np.isin(trace["body_group"].values, groups))
     columns = np.isin(trace["group"].values, groups)
@@ -30,7 +43,8 @@ def _clearance(trace: Recorded, groups: Sequence[str], reason: str) -> Measure:
     row, which, column = np.unravel_index(np.argmin(values), values.shape)
     who = (*robot(int(which)), str(trace["body"].values[nearest[row, which, column]]))
     least = float(values[row, which, column])
-    return Measure(least, float(trace["time"][row]), who, manner=manner_of(trace, least, who))
+    found = Measure(least, float(trace["time"][row]), who, manner=manner_of(trace, least, who))
+    return to_the_step(trace, watch, found)
 
 
 def _pairs(trace: Recorded) -> Callable[[int], Bodies]:
@@ -61,10 +75,10 @@ def obstacle_distance_min(trace: Recorded) -> Measure:
     return worst_of(trace, TO_OBSTACLES) if trace.sizes["obstacle"] else Measure(None, reason=UNOBSTRUCTED)
 
 
-@metric(unit="m", least=-math.inf, more_is_better=True, rank=140, every_step=True)
+@metric(unit="m", least=-math.inf, more_is_better=True, rank=140, every_step=True, watches=(OBSTACLES,))
 def obstacle_clearance_min(trace: Recorded) -> Measure:
     """Minimum distance between a robot and an obstacle or wall, surface to surface."""
-    return _clearance(trace, ("obstacles", "walls"), UNOBSTRUCTED)
+    return _clearance(trace, ("obstacles", "walls"), OBSTACLES, UNOBSTRUCTED)
 
 
 @metric(unit="m", watched=False, more_is_better=True, rank=150, watches=(TO_ROBOTS,))
@@ -73,7 +87,7 @@ def robot_distance_min(trace: Recorded) -> Measure:
     return worst_of(trace, TO_ROBOTS) if "robot_distance_min" in trace else Measure(None, reason=ALONE)
 
 
-@metric(unit="m", least=-math.inf, more_is_better=True, rank=160, every_step=True)
+@metric(unit="m", least=-math.inf, more_is_better=True, rank=160, every_step=True, watches=(ROBOTS,))
 def robot_clearance_min(trace: Recorded) -> Measure:
     """Minimum distance between two robots, surface to surface."""
-    return _clearance(trace, ("robots",), ALONE)
+    return _clearance(trace, ("robots",), ROBOTS, ALONE)

@@ -234,6 +234,20 @@ def worst_of(trace: Recorded, watch: Watch) -> Measure:
     return Measure(float(found.value[best]), float(found.time[best]), who)
 
 
+def to_the_step(trace: Recorded, watch: Watch, found: Measure) -> Measure:
+    """Return what was found among samples that look back, with the time exact to the step if watched.
+
+    Args:
+        trace: The same.
+        watch: Of the same quantity.
+        found: Its least value.
+    """
+    between = watched(trace, watch)
+    if between is None or found.value not in between.value:
+        return found
+    return found._replace(time=float(between.time[between.value == found.value].min()))
+
+
 def mean_of(trace: Recorded, watch: Watch) -> float:
     """Return the mean over time and things of a watch's course: of all steps watched, or of samples."""
     between = watched(trace, watch)

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from escort_mj import palette
 from escort_mj.metrics.reading import escorts, lost
 from escort_mj.palette import MOST_DISTINCT, MOST_LINES
+from escort_mj.record.team import kept_radius
 from escort_mj.report.figures import teams
 from escort_mj.report.figures.drawing.curves import BOUND
 from escort_mj.report.figures.drawing.look import NARROW
@@ -44,7 +45,7 @@ RANGE = 1e7  # [m]; a run that diverged farther is cut there
 
 def bounds(trace: Recorded) -> tuple[Array, Array]:
     """Lower and upper corner of everything that happens, shape (axes,) each [m]."""
-    target, radius = trace["target_position"].values, float(trace.attrs["mission_radius"])
+    target, radius = trace["target_position"].values, kept_radius(trace).max(axis=1, keepdims=True)
     parts = [trace["q"].values[~lost(trace)]]
     if escorts(trace):
         parts += [target - radius, target + radius]
@@ -130,7 +131,7 @@ def _plan(axes: Axes, trace: Recorded, moments: list[int], formations: Formation
     q, target = trace["q"].values, trace["target_position"].values
     for moment in moments if escorts(trace) else ():
         rim = {"fill": False, "color": ESCORT, "linewidth": 0.8, "linestyle": (0, (1, 2))}
-        axes.add_patch(Circle(target[moment], float(trace.attrs["mission_radius"]), **rim, zorder=1.2))
+        axes.add_patch(Circle(target[moment], float(kept_radius(trace)[moment].mean()), **rim, zorder=1.2))
     _formations(axes, trace, moments, formations)
     rows = _rows(len(q))
     if escorts(trace):
@@ -223,7 +224,7 @@ def space_view(figure: Figure, trace: Recorded) -> None:
         _ball(axes, center, radius, palette.OBSTACLE, 1.0, 2.1)
     moments = sorted({_moments(trace)[(len(_moments(trace)) - 1) // 2], len(q) - 1})
     for moment in moments if escorts(trace) else ():
-        _globe(axes, target[moment], float(trace.attrs["mission_radius"]))
+        _globe(axes, target[moment], float(kept_radius(trace)[moment].mean()))
     _formations(axes, trace, moments, links(trace))
     if escorts(trace):
         axes.plot(*target[rows].T, color=palette.TARGET, linewidth=1.4, zorder=3)

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from escort_mj import palette
 from escort_mj.metrics.arrival import goal_distance
+from escort_mj.metrics.radius_error import radius_error
 from escort_mj.metrics.reading import escorts, lost
 from escort_mj.report.pages.replay_data import packed
 
@@ -43,8 +44,7 @@ class Curve(NamedTuple):
 def _radius_error(trace: xarray.Dataset) -> Array:
     if not escorts(trace):
         return np.full(trace["lost"].values.shape, np.nan)
-    offset = trace["q"].values - trace["target_position"].values[:, None]
-    return np.asarray(np.abs(np.linalg.norm(offset, axis=2) - float(trace.attrs["mission_radius"])))
+    return np.abs(radius_error(trace))
 
 
 def _length(name: str) -> Callable[[xarray.Dataset], Array]:

@@ -49,7 +49,10 @@ INTEGRATORS = {"euler": "Euler", "implicitfast": "implicitfast", "implicit": "im
 SOLVERS = {"newton": "Newton", "cg": "CG", "pgs": "PGS"}
 PATH_SAMPLES = 500
 NEARBY, ROOM = 1.0, 1.1  # m, and times each bound: from here on clearances of robots of geoms are exact
-PLAYED = frozenset({"q", "target_position", "lost", "kept_radius", "obstacle_distance", "robot_distance_min"})
+PLAYED = frozenset(
+    {"q", "target_position", "lost", "kept_radius", "obstacle_distance", "robot_distance_min"}
+    | {"clearance", "target_clearance"}
+)
 """Signals that are found of motion that is known instead of simulated."""
 FRICTIONLESS = 1  # condim of a contact that only pushes
 ARENA, ARENA_PER_ROBOT = 16_384, 64  # room for contacts of a crowd [KiB]; balls squeezed together use 10 each

@@ -1,0 +1,109 @@
+"""The same verdicts at any rate of recording: expectations judge every physics step."""
+
+import numpy as np
+import pytest
+
+from escort_mj import Scenario, load_scenario
+from escort_mj.mission import fly
+from escort_mj.recognize import scenario_names, scenarios_folder
+
+MOMENT = {"position": ["3*exp(-400*(t-7.5)**2)", "0"]}  # for a tenth of a second the target is elsewhere
+JUMPING = Scenario(
+    duration=10.0, target=MOMENT, robots={"count": 4},
+    mission={"radius": 4.0, "max_speed": 1.0, "target_feedforward": False},
+    expect=(
+        {"settled": 0.3, "by": 6.0},
+        {"metric": "radius_error_max", "at_most": 0.3, "after": 6.0},
+        {"metric": "radius_error_mean", "at_most": 0.3, "after": 6.0, "before": 9.0},
+        {"metric": "hull_margin", "at_least": 2.0, "after": 6.0},
+        {"metric": "largest_gap", "at_most": 1.9, "after": 6.0},
+        {"metric": "escaped", "at_least": 1.0},
+        {"metric": "settling_time", "at_most": 6.0},
+        {"metric": "energy_ratio", "at_most": 1.1, "after": 6.0},
+        {"metric": "spacing_error_max", "at_most": 0.5, "after": 6.0},
+        {"metric": "tracking_error_rms", "at_most": 0.5},
+        {"clearance": ["robots", "target"], "at_least": 2.0},
+        {"metric": "robot_clearance_min", "at_least": 0.1},
+        {"metric": "robot_distance_min", "at_least": 0.1},
+    ),
+)  # fmt: skip
+WAYS = Scenario(
+    duration=8.0, target=None, robots={"positions": [[0.0, 0.0], [3.0, 0.0]]},
+    mission={"behaviors": [{"behavior": "goal", "goals": [[2.0, 0.2], [5.0, 0.0]]}]},
+    expect=(
+        {"reached": 0.1, "by": 6.0},
+        {"metric": "arrival_time", "at_most": 6.0},
+        {"metric": "goal_distance_max", "at_most": 1.0, "after": 1.0},
+    ),
+)  # fmt: skip
+
+
+def verdicts(scenario, rate):
+    """What must not depend on the rate of recording."""
+    step = scenario.physics.timestep
+    return [
+        (
+            one.metric,
+            one.held,
+            None if one.value is None else pytest.approx(one.value, rel=1e-9, abs=1e-12),
+            None if one.time is None else round(one.time / step),
+        )
+        for one in fly(scenario.replace({"recording.rate": rate})).verdicts
+        if "at samples of" not in one.message
+    ]
+
+
+@pytest.mark.parametrize("scenario", [JUMPING, WAYS], ids=["jumping", "ways"])
+def test_four_rates_agree(compiled, scenario):
+    every = round(1.0 / scenario.physics.timestep)
+    reference = verdicts(scenario, every)
+    assert len(reference) == len(scenario.expect) + 1
+    for rate in (1, 10, 50):
+        assert verdicts(scenario, rate) == reference, rate
+
+
+def test_the_worst_is_that_of_all_steps_by_hand(compiled):
+    whole = fly(JUMPING.replace({"recording.rate": round(1.0 / JUMPING.physics.timestep)})).trace
+    coarse = {one.metric: one for one in fly(JUMPING.replace({"recording.rate": 1})).verdicts}
+    time, late = whole["time"].values, whole["time"].values > 5.9999
+    away = whole["q"].values - whole["target_position"].values[:, None]
+    error = np.abs(np.linalg.norm(away, axis=2) - 4.0)
+    assert coarse["radius_error_max"].value == pytest.approx(error[late].max(), rel=1e-12)
+    assert coarse["radius_error_max"].time == time[late][error[late].max(axis=1).argmax()]
+    inside = late & (time < 9.0001)
+    assert coarse["radius_error_mean"].value == pytest.approx(error[inside].mean(), rel=1e-9)
+    angle = np.sort(np.arctan2(away[..., 1], away[..., 0]), axis=1)
+    gaps = np.diff(angle, append=angle[:, :1] + 2.0 * np.pi, axis=1).max(axis=1)
+    assert coarse["largest_gap"].value == pytest.approx(gaps[late].max(), rel=1e-6)
+    outside = np.flatnonzero((error > 0.05 * 4.0).any(axis=1))
+    assert coarse["settling_time"].value == pytest.approx(time[outside[-1] + 1], abs=1e-9)
+
+
+def test_what_is_found_from_samples_says_so(compiled):
+    scenario = WAYS.replace(expect=({"metric": "stuck", "at_most": 5},))
+    assert fly(scenario.replace({"recording.rate": 1})).verdicts[1].message.endswith("at samples of 1 s")
+    every = round(1.0 / scenario.physics.timestep)
+    assert "samples" not in fly(scenario.replace({"recording.rate": every})).verdicts[1].message
+
+
+def test_a_radius_that_grows_is_the_one_to_keep(compiled):
+    growing = Scenario(
+        duration=8.0, robots={"count": 5},
+        mission={"radius": 3.0, "behaviors": ["vertices", {"behavior": "surface", "radius": "3 + 0.1*t"}]},
+        expect=({"settled": 0.01, "by": 7.0}, {"metric": "spacing_error_max", "at_most": 0.2, "after": 7.0}),
+    )  # fmt: skip
+    run = fly(growing)
+    assert run.passed
+    assert np.allclose(run.trace["kept_radius"].values, (3.0 + 0.1 * run.trace["time"].values)[:, None])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", [n for n in scenario_names(scenarios_folder()) if "crowd" not in n][:40])
+def test_shipped_scenarios_have_the_same_verdicts_at_four_rates(compiled, name):
+    scenario = load_scenario(name)
+    every = round(1.0 / scenario.physics.timestep)
+    if not scenario.expect or scenario.duration > 130.0:
+        pytest.skip("nothing is judged, or it takes long")
+    reference = verdicts(scenario.replace({"recording.truth": False}), every)
+    for rate in (1, 10, 50):
+        assert verdicts(scenario.replace({"recording.truth": False}), rate) == reference, rate
