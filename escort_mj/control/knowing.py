@@ -94,7 +94,7 @@ def know(plan: Plan, state: State) -> None:
     if talks and step >= state.radio_next[1]:
         _deliver(step, plan, state)
     _move_estimates(plan, state)
-    if state.sampled[0] != 0.0:
+    if state.sampled[0] != 0.0 or state.steps.shape[0] > 0:
         _note(plan, state)
 
 

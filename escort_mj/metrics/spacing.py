@@ -28,13 +28,19 @@ def spacing_error(trace: Recorded) -> np.ndarray:
     pairs, q = trace["neighbors"].values - 1, trace["q"].values
     first, second = pairs[:, 0], pairs[:, 1]
     apart = np.linalg.norm(q[:, first] - q[:, second], axis=2)
-    radius, gone = kept_radius(trace), lost(trace)
+    gone = lost(trace)
     concerned = np.isin(np.arange(q.shape[1]), pairs)
     broken = gone[:, concerned].any(axis=1, keepdims=True)
     if "edge_team" in trace:  # of one team, to which those of others are lost
         broken = broken | ~gone[:, ~concerned].all(axis=1, keepdims=True)
-    scale = 0.5 * (radius[:, first] + radius[:, second]) / edge_radius(trace)
-    return np.where(broken, np.nan, apart - scale * trace["spacing"].values)
+    return np.where(broken, np.nan, apart - even_spacing(trace))
+
+
+def even_spacing(trace: Recorded) -> np.ndarray:
+    """Return the distances of neighbors that are even at the radius of the time, shape (time, edge) [m]."""
+    pairs, radius = trace["neighbors"].values - 1, kept_radius(trace)
+    scale = 0.5 * (radius[:, pairs[:, 0]] + radius[:, pairs[:, 1]]) / edge_radius(trace)
+    return np.asarray(scale * trace["spacing"].values)
 
 
 def edge_radius(trace: Recorded) -> np.ndarray:

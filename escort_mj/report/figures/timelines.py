@@ -15,6 +15,7 @@ from escort_mj import palette
 from escort_mj.metrics.arrival import goal_distance
 from escort_mj.metrics.energy_ratio import energy_ratios
 from escort_mj.metrics.reading import escorts, lost
+from escort_mj.metrics.spacing import even_spacing
 from escort_mj.record.recording import not_logged
 from escort_mj.record.team import kept_radius
 from escort_mj.report.figures.drawing.curves import (
@@ -57,7 +58,7 @@ def panels(figure: Figure, trace: Recorded) -> None:
     else:
         rows = figure.subplots(6, 1, sharex=True, height_ratios=(1.25, 0.8, 1.25, 0.8, 1.25, 1.25))
         grid = rows[[[0, 2], [1, 3], [4, 5]]]
-    radius, spacing = kept_radius(trace), trace["spacing"].values
+    radius, spacing = kept_radius(trace), even_spacing(trace)
 
     offset = trace["q"].values - trace["target_position"].values[:, None]
     distance = np.linalg.norm(offset, axis=2)
@@ -127,7 +128,7 @@ def _above_and_below(
     above.set_title(title)
     draw_curves(above, time, values, colors, lost=gone)
     lines = np.unique(np.round(wanted, 3))
-    if wanted.ndim > 1 and np.ptp(wanted) > 0.0:  # they change
+    if wanted.ndim > 1 and (wanted != wanted[:1]).any():  # they change
         above.plot(time, wanted.mean(axis=1), color=palette.LIMIT, linestyle=BOUND, linewidth=1.0, zorder=2.6)
         lines = np.zeros(0)
     for value in lines if len(lines) <= MOST_LIMITS else [float(np.median(wanted))]:
