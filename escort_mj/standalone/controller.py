@@ -133,6 +133,8 @@ class Controller:
         self.mass: Array = self._robots.mass.copy()
         self.force_limit: Array = self._robots.force_limit.copy()
         self.ages: Array = np.full(self.count, math.inf)
+        self._no_age: Array = np.zeros(self.count)
+        self._no_age.setflags(write=False)
         self._guard = None if limits is None else self._watched(limits)
         self.reset()
 
@@ -254,7 +256,7 @@ class Controller:
         q, v, stamps = self._measured(now, positions, velocities, times)
         if guard is None:
             self._evaluate(self._known(now, q, v, target, obstacles, points, mass, bias))
-            self.ages = now - stamps
+            self.ages = self._no_age if times is None else now - stamps
             return self._force(now)
         judged = guard.judge(now, q, v, stamps)
         if not (guard.stopped or judged.stop[1]):
@@ -291,7 +293,7 @@ class Controller:
         q = numbers(positions, "positions", shape, "one row per robot [m]", unknown=may_miss)
         v = numbers(velocities, "velocities", shape, "one row per robot [m/s]", unknown=may_miss)
         if times is None:
-            return q, v, np.full(self.count, now)
+            return q, v, self._no_age + now
         words = "time of each robot's measurement [s]"
         stamps = numbers(times, "times", (self.count,), words, unknown=may_miss)
         q[np.isnan(stamps)] = np.nan
