@@ -221,7 +221,7 @@ class Guard:
             dropped &= ~found["age"] | (ages > limits.age + SLACK)  # a stamp of the future is only ignored
         bad = np.any([*found.values()], axis=0)
         since = np.where(bad, math.inf, np.where(fresh, np.minimum(was.since, now), was.since))
-        returned = was.out & ~dropped & (now - since >= limits.rejoin - SLACK)
+        returned = was.out & fresh & ~dropped & (now - since >= limits.rejoin - SLACK)
         out = (was.out & ~returned) | dropped
         events, stop = [], ("", "")
         if self.stopped:

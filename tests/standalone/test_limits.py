@@ -419,7 +419,7 @@ def test_a_driver_may_ask_from_another_thread() -> None:
 def test_whoever_drops_out_and_comes_back(spells: list[tuple[int, int, bool]]) -> None:
     """Who is out follows from drawn spells without measurements; on a return, no command leaps."""
     flight = Flight(Limits(rejoin=0.2))
-    unusable, usable = np.zeros(4), np.full(4, 1000)
+    unusable, since = np.zeros(4), np.full(4, np.inf)
     expected = np.zeros(4, dtype=bool)
     for robot, steps, missing in spells:
         for _ in range(steps):
@@ -430,8 +430,8 @@ def test_whoever_drops_out_and_comes_back(spells: list[tuple[int, int, bool]]) -
                 unusable[gone] = 1000  # never measured
             never = unusable >= 1000
             late = (unusable > 5) | never
-            usable = np.where(late, 0, usable + ~gone)
-            back = expected & ~late & (usable > 10)
+            since = np.where(late, np.inf, np.where(gone, since, np.minimum(since, flight.steps)))
+            back = expected & ~late & ~gone & (flight.steps - since >= 10)
             expected = (expected | late) & ~back
             if flight.controller.stopped:
                 return
