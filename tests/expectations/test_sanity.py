@@ -96,6 +96,11 @@ class TestEnergy:
         trace = watched(touch, speed_max=speeds)
         assert (sanity(trace, "energy").held, sanity(trace, "energy").time) == (False, 5.0)
 
+    def test_a_touch_of_bodies_that_come_apart_takes_no_energy_from_the_bound(self):
+        touch = episode("robot_1", "rock", 4.5, force=30.0, closing=-50.0)
+        found = sanity(watched(touch, speed_max=0.0), "energy")
+        assert found.held and found.value + found.margin >= 0.0
+
 
 class TestTunneling:
     @pytest.mark.parametrize(("speed", "possible"), [(90.0, False), (110.0, True)])

@@ -38,9 +38,6 @@ Pair = tuple[str, str]
 
 SIGHT = 1.5  # surfaces farther apart are known to be so, no more [m]
 EXACT = 5e-6  # of distances of shapes without a closed form, found by MuJoCo's iterations in two ways [m]
-SINKS = (
-    1e-4  # of the clearance of balls: in the plane it is less than in space, by their depth in the floor [m]
-)
 DEEP = 1e-2  # of the depth of a center inside a shape: MuJoCo is not exact there; flight.py has closed forms
 SPHERES = (
     1.0  # clearances at least so large may be those of the spheres around robots, or boxes of shapes [m]
@@ -66,7 +63,6 @@ class Seen:
         touches: Steps in which each pair touches.
         still: Bodies that stand.
         led: Whether the target is put where it is to be.
-        rolling: Balls and robots on wheels that are their hulls, spheres that sink into the floor.
         fastest: Largest speed of a point of a robot's geoms, from step to step [m/s].
         thinnest: Least extent of a geom [m].
         timestep: [s].
@@ -80,7 +76,6 @@ class Seen:
     touches: dict[Pair, list[int]]
     still: set[str]
     led: bool
-    rolling: set[str]
     fastest: float = 0.0
     thinnest: float = np.inf
     timestep: float = 0.0
@@ -136,9 +131,7 @@ def watch(scenario: Scenario) -> Seen:
     places = np.empty((steps, len(robots), scenario.axes))
     distances = {pair: np.empty(steps) for pair in pairs}
     rolling = {name for name, kind in zip(robots, kinds_of(scenario), strict=True) if kind.rolls}
-    seen = Seen(
-        names, groups, times, places, distances, {}, still, led, rolling, timestep=scenario.physics.timestep
-    )
+    seen = Seen(names, groups, times, places, distances, {}, still, led, timestep=scenario.physics.timestep)
     seen.thinnest = min(2.0 * model.geom_aabb[geom, 3:].min() for each in geoms.values() for geom in each)
     hulls = [model.geom(f"{name}_body").id for name in robots]
     own = [
@@ -154,7 +147,9 @@ def watch(scenario: Scenario) -> Seen:
             mujoco.mj_step(model, data)  # leaves geometry, contacts and forces of before the step
             seen.places[step] = data.geom_xpos[hulls][:, : scenario.axes]
             for pair in pairs:
-                seen.distances[pair][step] = _distance(model, data, geoms[pair[0]], geoms[pair[1]])
+                sides = geoms[pair[0]], geoms[pair[1]]
+                flat = rolling.intersection(pair) and _are_spheres(model, *sides)
+                seen.distances[pair][step] = (_in_plane if flat else _distance)(model, data, *sides)
             for pair in _touching(model, data, names):
                 seen.touches.setdefault(pair, []).append(step)
             tips = _tips(model, data, own)
@@ -189,6 +184,18 @@ def _distance(model: mujoco.MjModel, data: mujoco.MjData, one: list[int], other:
             return float(min(least, apart[a, b]))
         least = min(least, mujoco.mj_geomDistance(model, data, one[a], other[b], 100.0, ends))
     return float(least)
+
+
+def _are_spheres(model: mujoco.MjModel, one: list[int], other: list[int]) -> bool:
+    return (
+        len(one) == len(other) == 1 and (model.geom_type[one + other] == mujoco.mjtGeom.mjGEOM_SPHERE).all()
+    )
+
+
+def _in_plane(model: mujoco.MjModel, data: mujoco.MjData, one: list[int], other: list[int]) -> float:
+    """Distance of two spheres in the mission's plane: those that roll sink into the floor, and tip [m]."""
+    apart = float(np.linalg.norm((data.geom_xpos[one[0]] - data.geom_xpos[other[0]])[:2]))
+    return apart - float(model.geom_size[one[0], 0] + model.geom_size[other[0], 0])
 
 
 def _touching(model: mujoco.MjModel, data: mujoco.MjData, names: list[str]) -> set[Pair]:
@@ -253,7 +260,6 @@ def differences(one: Drawn, folder: Path) -> Iterator[str]:
 def _clearances(trace: Any, seen: Seen, rows: NDArray[np.int64], planar: bool) -> Iterator[str]:
     """Yield samples whose clearances are wrong."""
     columns = [str(group) for group in trace["group"].values]
-    rolls = seen.rolling
     robots = [name for name in seen.names if seen.groups[name] == "robots"]
     first = np.concatenate([[0], rows[:-1] + 1])
     watched = [(name, trace["clearance"].values[:, i]) for i, name in enumerate(robots)]
@@ -267,8 +273,7 @@ def _clearances(trace: Any, seen: Seen, rows: NDArray[np.int64], planar: bool) -
             true = np.minimum.reduce([seen.distances[pair] for pair in pairs])
             for sample, (begin, end) in enumerate(zip(first, rows, strict=True)):
                 found, least = float(values[sample, column]), float(true[begin : end + 1].min())
-                sunk = SINKS if any(rolls.intersection(pair) for pair in pairs) else 0.0
-                exact = found < SPHERES and -EXACT - sunk <= found - least <= EXACT
+                exact = found < SPHERES and abs(found - least) <= EXACT
                 if name == "target" and group != "robots" and least < 0.0:
                     deeper = found <= least + EXACT  # the way out of a shape leads along the plane
                     inside = least < -TARGET and abs(found - least) < DEEP * -least
