@@ -39,5 +39,6 @@ def names_in_braces(value: Any) -> Iterator[str]:
         yield from _PLACE.findall(value)
 
 
-def _written(number: float) -> str:
-    return f"({number!r})" if number < 0 else repr(number)
+def _written(value: Any) -> str:
+    """Return a value within a text; one that is no number makes the text wrong, which is found there."""
+    return f"({value!r})" if isinstance(value, int | float) and value < 0 else repr(value)
