@@ -83,12 +83,8 @@ class Surroundings:
         if self.setup.target_radius is None:
             raise UsageError("target: this mission has none (target: null)")
         shape = (self.setup.axes,)
-        if (
-            isinstance(given, str)
-            or not hasattr(given, "__len__")
-            or len(given) != 2
-            or not np.ndim(given[0])
-        ):
+        pair = isinstance(given, tuple | list) or (isinstance(given, np.ndarray) and given.ndim == 2)
+        if not pair or len(given) != 2 or not hasattr(given[0], "__len__"):
             raise argument_error("target", given, "a pair (position, velocity) of the target [m, m/s]")
         position, velocity = given
         place = numbers(position, "position of the target", shape, "coordinates [m]")
