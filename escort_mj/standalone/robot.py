@@ -84,7 +84,7 @@ class RobotController:
         team, row = self.team, self._row
         n, p = team.count, team.axes
         places = self._heard(teammates)
-        stamps = self._stamps(number(time, "time", "a time [s]"), teammates, times or {})
+        stamps = self._stamps(number(time, "time", "a time [s]"), teammates, {} if times is None else times)
         places[row] = numbers(position, "position", (p,), "coordinates [m]")
         speeds = np.zeros((n, p))
         speeds[row] = numbers(velocity, "velocity", (p,), "components [m/s]")
