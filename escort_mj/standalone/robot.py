@@ -65,10 +65,12 @@ class RobotController:
             time: Time of the measurements [s].
             position: Position of this robot, shape (p,) [m].
             velocity: Velocity of this robot, shape (p,) [m/s].
-            teammates: Positions by robot number, for teammates with a new position, or positions of the
-                whole team, shape (n, p) [m], in which the robot's own row is ignored. A teammate that is
-                not listed stays at its last known position, initially its start; with a limit on age, it is
-                out when that is too old.
+            teammates: Positions by robot number, shape (p,) [m], for teammates with a new position, or those
+                of the whole team, shape (n, p), in which the robot's own row is ignored; or pairs of
+                positions and velocities, shape (2, p) or (2, n, p) [m, m/s]. Outer loops that look at
+                velocities of teammates, such as `set_based`, take one that is not given for 0. A teammate
+                that is not listed stays at its last known position, initially its start; with a limit on age,
+                it is out when that is too old.
             target: As for `Controller`.
             obstacles: As for `Controller`.
             times: Times of the measurements of robots, its own and of those listed, by number [s]; `time` for
@@ -82,11 +84,10 @@ class RobotController:
             EscortError: As for `Controller`.
         """
         team, row = self.team, self._row
-        n, p = team.count, team.axes
-        places = self._heard(teammates)
+        p = team.axes
+        places, speeds = self._heard(teammates)
         stamps = self._stamps(number(time, "time", "a time [s]"), teammates, {} if times is None else times)
         places[row] = numbers(position, "position", (p,), "coordinates [m]")
-        speeds = np.zeros((n, p))
         speeds[row] = numbers(velocity, "velocity", (p,), "components [m/s]")
         given = {name: None if one is None else self._mine(name, one) for name, one in (
             ("points", points), ("mass", mass), ("bias", bias),
@@ -96,16 +97,17 @@ class RobotController:
         self._known, self._heard_at = places, stamps
         return forces[row]
 
-    def _heard(self, teammates: Mapping[int, ArrayLike] | ArrayLike | None) -> Array:
-        """Return where the team is as far as this robot knows, shape (n, p) [m]."""
-        places, (n, p) = self._known.copy(), self._known.shape
+    def _heard(self, teammates: Mapping[int, ArrayLike] | ArrayLike | None) -> tuple[Array, Array]:
+        """Return where the team is and how fast, as far as this robot knows, shape (n, p) each [m, m/s]."""
+        places, speeds, (n, p) = self._known.copy(), np.zeros_like(self._known), self._known.shape
         if isinstance(teammates, Mapping):
-            for name, place in teammates.items():
+            for name, heard in teammates.items():
                 mate = whole_number(name, "teammates", f"numbers of robots, from 1 to {n}", 1, n)
-                places[mate - 1] = numbers(place, f"position of robot {mate}", (p,), "coordinates [m]")
+                both = _position_and_velocity(heard, f"position of robot {mate}", (p,), "coordinates [m]")
+                places[mate - 1], speeds[mate - 1] = both
         elif teammates is not None:
-            places = numbers(teammates, "teammates", (n, p), "one row per robot [m]")
-        return places
+            places, speeds = _position_and_velocity(teammates, "teammates", (n, p), "one row per robot [m]")
+        return places, speeds
 
     def _stamps(self, time: float, teammates: object, times: Mapping[int, float]) -> Array:
         """Return when each robot was measured last, shape (n,) [s]; -inf for never."""
@@ -178,3 +180,18 @@ class RobotController:
 
     def __repr__(self) -> str:
         return f"<RobotController {self.number} of {self.team!r}>"
+
+
+def _position_and_velocity(
+    value: ArrayLike, name: str, shape: tuple[int, ...], what: str
+) -> tuple[Array, Array]:
+    """Return a position and a velocity of a shape, where one or both were given."""
+    try:
+        both = np.ndim(value) == len(shape) + 1
+    except ValueError:  # rows of different lengths
+        both = False
+    if not both:
+        place = numbers(value, name, shape, what)
+        return place, np.zeros_like(place)
+    pair = numbers(value, name, (2, *shape), f"{what}, and velocities [m/s]")
+    return pair[0], pair[1]

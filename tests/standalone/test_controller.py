@@ -283,7 +283,8 @@ def test_one_robot_gets_its_row(keys: Any) -> None:
         time, target = step * team.timestep, tuple(random.normal(size=(2, team.axes)))
         forces = team(time, q, v, target)
         for row, robot in enumerate(robots):
-            known = {other + 1: q[other] for other in range(team.count)} if row % 2 else q
+            heard = {other + 1: (q[other], v[other]) for other in range(team.count)}
+            known = heard if row % 2 else np.stack([q, v])
             assert (robot(time, q[row], v[row], known, target) == forces[row]).all()
             assert (robot.velocity == team.velocity[row]).all()
         q = q + team.timestep * v
