@@ -267,7 +267,7 @@ def kind_of(annotation: Any, scope: dict[str, Any] | None = None) -> Kind:
     if origin is Mapping:
         key, inside = (kind_of(part) for part in parts)
         return Kind(
-            "a mapping",
+            f"a mapping from {key.words} to {inside.words}",
             lambda value: (
                 isinstance(value, Mapping)
                 and all(key.accepts(each) for each in value)

@@ -89,7 +89,7 @@ def test_metrics_are_numbers_and_runs_are_rows(made: Run, opened: Run) -> None:
 def test_signals_are_chosen(made: Run) -> None:
     frame = made.to_dataframe(["q", "target_speed_max"])
     assert list(frame.columns) == [f"q.robot_{i}.{x}" for i in (1, 2) for x in "xy"] + ["target_speed_max"]
-    assert frame.index.name == "time" and len(frame) == 51
+    assert frame.index.name == "time" and len(frame) == 52  # and in the step before the window of `settled`
     with pytest.raises(UsageError, match='tauu: is not a signal over time; did you mean "tau"'):
         made.to_dataframe("tauu")
 

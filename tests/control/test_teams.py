@@ -179,7 +179,12 @@ def test_robots_of_two_teams_come_nearer_only_as_fast_as_their_margin_allows() -
 
 
 def walk(
-    axes: int, spread: object, tolerance: float = TOLERANCE, avoid: object = AVOID, **more: Any
+    axes: int,
+    spread: object,
+    tolerance: float = TOLERANCE,
+    avoid: object = AVOID,
+    steps: int = STEPS,
+    **more: Any,
 ) -> Kernel:
     """Lets both go a way together, and compares them at each step."""
     stack = [avoid, {"behavior": "connect", "distance": 3.0} if spread == "connect" else spread, "surface"]
@@ -190,7 +195,7 @@ def walk(
     kernel, twin = Kernel(setup), ReferenceController(setup, stride=1)
     twin.reset(q)
     seen: set[object] = set()
-    for step in range(STEPS):
+    for step in range(steps):
         t = step * STEP
         speed = np.array([mover.path.velocity(t) for mover in setup.movers])
         place = np.array([mover.path.position(t) for mover in setup.movers])

@@ -73,6 +73,7 @@ CASES = {
     "a noisy plane": Case(
         {
             "seed": 5,
+            "mission": {"radius": 2, "outer": "nsb"},
             "robots": {"positions": [[2.3, 0.2], [0, 2.05], [-2, -0.1], [0.1, -2.4]], "force_limit": LIMIT,
                        "overrides": [{"robot": 2, "mass": 1.6}]},
             "target": {"position": ["0.4*t", "0.2*sin(2*t)"]},

@@ -20,6 +20,7 @@ MISSION = {
     },
 }
 REACHED = {
+    "finish_by_set_based",
     "evaluate",
     "follow_time",
     "supervise",

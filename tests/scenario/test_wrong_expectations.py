@@ -13,7 +13,7 @@ WRONG = [
     ("{metric: saturated_share, at_least: 1.01}", ".at_least", "always 0 to 1"),
     ("{metric: contacts, at_least: -1}", ".at_least", "contacts is always 0 or more"),
     ("{metric: contact_force_max, at_most: -1}", ".at_most", "found -1 N; contact_force_max is always 0 N"),
-    ("{metric: obstacle_distance_min, at_least: -0.5}", ".at_least", "always 0 m or more"),
+    ("{metric: robot_distance_min, at_least: -0.5}", ".at_least", "always 0 m or more"),
     ("{metric: energy_ratio, at_most: 0.9}", ".at_most", "always 1 or more"),
     ("{metric: radius_error_max, at_most: .nan}", ".at_most", "found NaN (not a number)"),
     ("{metric: radius_error_max, at_most: .inf}", ".at_most", "found infinity"),

@@ -227,7 +227,7 @@ def test_distances_in_a_crowd_are_those_of_all_pairs(noise: float, make_world, r
     world = make_world(
         axes=3,
         robots=team,
-        mission={"radius": 1.5, "behaviors": ["avoid_obstacles", "surface"]},
+        mission={"radius": 1.5, "behaviors": ["avoid_obstacles", "surface"], "outer": "nsb"},
         sensing={"position": {"noise": noise}},
         recording={"rate": 500},
     )

@@ -219,7 +219,7 @@ def monitor_contacts(m: int, d: int, plan: Plan, state: State, addresses: Addres
         contact = first + c * CONTACT_SIZE()
         efc, distance = int_at(contact + CONTACT_EFC()), double_at(contact + CONTACT_DISTANCE())
         geom1, geom2 = int_at(contact + CONTACT_GEOMS()), int_at(contact + CONTACT_GEOMS() + INT)
-        if geom1 < 0 or geom2 < 0 or (efc < 0 and distance > 0.0):
+        if geom1 < 0 or geom2 < 0 or (efc < 0 and distance >= 0.0):
             continue
         body1, body2 = int(body[geom1]), int(body[geom2])
         if body1 < 0 or body2 < 0 or body1 == body2:

@@ -34,7 +34,7 @@ def scenario(axes: int) -> Scenario:
             "axes": axes,
             "robots": {"positions": [[0.0] * axes], "radius": RADIUS},
             "target": {"position": [-20.0] * axes},
-            "mission": {"radius": 5.0},
+            "mission": {"radius": 5.0, "outer": "nsb"},
             "obstacles": [shape | {"position": place} for shape, place in zip(SHAPES, places, strict=True)],
         }
     )
