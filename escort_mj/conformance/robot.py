@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from escort_mj.errors import OutsideError, RobotError, UsageError
 from escort_mj.robots.drive import POSITION, RATE, THRUST
 from escort_mj.robots.mjcf import Mjcf
-from escort_mj.robots.modeled import RobotModel, known
+from escort_mj.robots.modeled import RobotModel, known, known_now
 from escort_mj.scenario.findings import listed
 from escort_mj.scenario.geometry.team_gains import proposal
 from escort_mj.scenario.reader.load import scenario_of
@@ -118,7 +118,7 @@ def checked_model(
     folder = file.parent if root is None else root
     source = Mjcf.model_validate(keys).asked_for(file.absolute(), folder.absolute())
     try:
-        model = known(source)
+        model = known_now(source)
     except OutsideError as error:
         raise RobotError(f"{error}; --root names a folder that holds all of its files, such as ..") from None
     kind = Mjcf.model_validate(keys | {"file": str(file.absolute()), "sha256": model.digest})

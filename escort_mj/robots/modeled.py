@@ -239,3 +239,19 @@ def known(source: Source, model: RobotModel | None = None) -> RobotModel:
         reading: Any = import_module(READER)
         _known[source] = cast(RobotModel, reading.read_model(source))
     return _known[source]
+
+
+def known_now(source: Source) -> RobotModel:
+    """Return a model as its files are now; it is read again where they, their includes or assets changed.
+
+    Args:
+        source: Where it is.
+
+    Raises:
+        RobotError: If it cannot be read, or cannot be driven.
+    """
+    reading: Any = import_module(READER)
+    digest = reading.read_files(source).digest
+    if source.sha256 not in ("", digest):
+        return cast(RobotModel, reading.read_model(source))  # says that it has changed
+    return known(source._replace(sha256=digest))

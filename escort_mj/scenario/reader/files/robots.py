@@ -14,7 +14,7 @@ from pydantic import ValidationError
 
 from escort_mj.errors import OutsideError, RobotError
 from escort_mj.robots.mjcf import FileKind, Menagerie, Mjcf
-from escort_mj.robots.modeled import RobotModel, known
+from escort_mj.robots.modeled import RobotModel, known, known_now
 from escort_mj.scenario.findings import Finding, Path
 from escort_mj.scenario.reader.files.roots import Roots
 from escort_mj.scenario.reader.files.waypoints import with_value
@@ -88,7 +88,7 @@ def _resolved(table: dict[str, Any], kind: FileKind, roots: Roots) -> tuple[dict
     else:
         source = kind.source(1.0, 1.0)
     try:
-        model = known(source)
+        model = known_now(source)
     except OutsideError as error:
         raise RobotError(f"{error.name}: {roots.outside(FilePath(error.file))}") from None
     whole = {key: value for key, value in table["kind"].items() if key != "model"}
