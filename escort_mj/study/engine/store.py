@@ -16,6 +16,7 @@ from typing import Any, NamedTuple
 from escort_mj.errors import EscortError, RunFolderError, UsageError, WriteError
 from escort_mj.metrics import METRIC_NAMES
 from escort_mj.recognize import RESULTS as FILE
+from escort_mj.record.files import make_folder
 from escort_mj.record.intact import MAYBE, REAL, VERDICT, WORDS, Kinds, check_table
 from escort_mj.record.process import alive, identify
 
@@ -102,12 +103,12 @@ class Store:
 
         Raises:
             UsageError: If the file is no store of this format, or cannot be written.
-            WriteError: If the disk is full.
+            WriteError: If the folder cannot be made, or the disk is full or read-only.
         """
         self.path = folder / FILE
         self._owner = json.dumps(identify() | {"host": socket.gethostname()}, sort_keys=True)
         try:
-            folder.mkdir(parents=True, exist_ok=True)
+            make_folder(folder)
             # Transactions are begun by hand: Python's own would begin them too late to read in them.
             self._connection = sqlite3.connect(self.path, timeout=PATIENCE, isolation_level=None)
             self._connection.execute("PRAGMA journal_mode = WAL")
@@ -129,8 +130,8 @@ class Store:
                 run(f"PRAGMA user_version = {FORMAT}")
         except WriteError:
             raise
-        except (*DAMAGE, OSError) as error:
-            if _full(error):
+        except DAMAGE as error:
+            if self._full(error):
                 raise WriteError(self.path, str(error)) from None
             raise UsageError(f"{self.path}: cannot be used as a store of results: {error}") from None
 
@@ -256,17 +257,18 @@ class Store:
             if self._connection.in_transaction:  # SQLite may have rolled back by itself
                 with suppress(sqlite3.Error):
                     self._connection.execute("ROLLBACK")
-            if _full(error):
+            if self._full(error):
                 raise WriteError(self.path, f"{error}; what it held before is kept") from None
             if isinstance(error, DAMAGE):
                 raise UsageError(f"{self.path}: cannot be used as a store of results: {error}") from None
             raise
 
-
-def _full(error: BaseException) -> bool:
-    """Whether SQLite could not write to the disk."""
-    code = getattr(error, "sqlite_errorcode", None)
-    return code is not None and code & 0xFF in (sqlite3.SQLITE_FULL, sqlite3.SQLITE_IOERR)
+    def _full(self, error: BaseException) -> bool:
+        """Whether SQLite could not write to the disk, which is full, broken or read-only."""
+        code = getattr(error, "sqlite_errorcode", 0) & 0xFF
+        if code in (sqlite3.SQLITE_READONLY, sqlite3.SQLITE_CANTOPEN):
+            return bool(os.statvfs(self.path.parent).f_flag & os.ST_RDONLY)
+        return code in (sqlite3.SQLITE_FULL, sqlite3.SQLITE_IOERR)
 
 
 def _lapsed(written: Any, since: Any, now: float) -> bool:
