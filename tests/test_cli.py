@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from escort_mj import stopping
+from escort_mj import stopping, supervised
 from escort_mj.__main__ import main
 
 FIVE_LINES = """\
@@ -24,6 +24,9 @@ def call(monkeypatch, capfd, *arguments: str) -> tuple[int, str, str]:
     """Exit code, standard output and standard error of a command, run in this process."""
     monkeypatch.setattr(sys, "argv", ["escort-mj", *arguments])
     monkeypatch.setattr(sys, "unraisablehook", sys.unraisablehook)  # a command takes it, as its process ends
+    # Not in a process that is forked: this one, which would wait for it, is pytest's.
+    monkeypatch.setattr(supervised, "supervise", lambda run: run(supervised.Page()))
+    monkeypatch.setattr(supervised, "own_page", None)
     before = {number: signal.getsignal(number) for number in stopping.SIGNALS}
     try:
         with pytest.raises(SystemExit) as stop:

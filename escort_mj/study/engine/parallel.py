@@ -151,7 +151,8 @@ class _Pool:
         if not first:
             return "it ended"
         found = next((process for process in first if process in calling), first[0])
-        return supervised.told(calling.get(found, ""), codes[found] or 0)
+        words, code = calling.get(found, ""), codes[found] or 0
+        return supervised.told(words, code) if words else supervised.ending(code)
 
     def _page(self, process: ForkServerProcess) -> supervised.Page | None:
         """What a worker says; None where it has not begun."""
