@@ -1,4 +1,4 @@
-"""Whether and when robots come to their goals, how far they go, and who is stuck on the way.
+"""Whether and when robots come to their goals, and how far they go.
 
 A robot whose motors have failed still has its goal: it is there where it stands there, and nowhere else.
 """
@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     from escort_mj.record.recording import Recorded
 
 NO_GOALS = "robots have no goals"
-STUCK_FOR = 5.0  # s
 SIGNALS = ("q", "goal", "goals_left")
 
 
@@ -37,13 +36,14 @@ def way_left(trace: Recorded) -> NDArray[np.float64]:
     return np.where(trace["goals_left"].values == 0, goal_distance(trace), np.inf)
 
 
-def _away(trace: Recorded) -> NDArray[np.float64]:
+def away(trace: Recorded) -> NDArray[np.float64]:
+    """1 where a robot is not within `reach` of its last goal, else 0, shape (time, robot)."""
     return np.asarray(way_left(trace) > trace.attrs["goal_reach"], float)
 
 
 GOAL_DISTANCE = Watch(Course("goal_distance", SIGNALS, simple(goal_distance), name_robots), Fold.LARGEST)
 WAY_LEFT = Course("way_left", SIGNALS, simple(way_left), name_robots)
-AWAY = Watch(Course("away", SIGNALS, simple(_away), name_robots), Fold.LAST)
+AWAY = Watch(Course("away", SIGNALS, simple(away), name_robots), Fold.LAST)
 
 
 @metric(unit="m", over="tail", grows=True, watched=False, rank=31, watches=(GOAL_DISTANCE,))
@@ -65,7 +65,7 @@ def arrived(trace: Recorded) -> Measure:
     """Share of the robots that are within `reach` of their last goals at the end."""
     if lacks(trace, "goal"):
         return Measure(None, reason=NO_GOALS)
-    there = _away(trace)[-1] == 0.0
+    there = away(trace)[-1] == 0.0
     return Measure(float(there.mean()), float(trace["time"][-1]), robots(np.flatnonzero(~there)))
 
 
@@ -73,18 +73,3 @@ def arrived(trace: Recorded) -> Measure:
 def path_length(trace: Recorded) -> Measure:
     """Mean length of the robots' paths, taken as straight between samples."""
     return Measure(float(np.linalg.norm(np.diff(trace["q"].values, axis=0), axis=2).sum(axis=0).mean()))
-
-
-@metric(unit="1", watched=False, rank=35)
-def stuck(trace: Recorded) -> Measure:
-    """Number of robots that end away from their goals and move by at most their radius in the last 5 s."""
-    if lacks(trace, "goal"):
-        return Measure(None, reason=NO_GOALS)
-    time = trace["time"].values
-    if time[-1] - time[0] < STUCK_FOR - 0.5 * trace.attrs["timestep"]:
-        return Measure(None, reason=f"the window is shorter than {STUCK_FOR:g} s")
-    late = time >= time[-1] - STUCK_FOR - 0.5 * trace.attrs["timestep"]
-    q = trace["q"].values[late]
-    here = np.linalg.norm(q - q[-1], axis=2).max(axis=0) <= trace["robot_radius"].values
-    waiting = np.flatnonzero(here & (_away(trace)[-1] > 0.0))
-    return Measure(float(len(waiting)), float(time[-1]), robots(waiting))

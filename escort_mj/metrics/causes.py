@@ -28,7 +28,8 @@ from escort_mj.control.outer_loops.nearest_velocity import nearest
 from escort_mj.control.outer_loops.passing import Rules, approach
 from escort_mj.metrics.contacts import touches_within
 from escort_mj.metrics.metric import Bodies, Measure, metric
-from escort_mj.metrics.reading import escorts
+from escort_mj.metrics.reading import escorts, radii_of, safe_gap
+from escort_mj.monitor.signals import OBSTACLES, ROBOTS
 from escort_mj.record.episodes import pair
 from escort_mj.record.recording import require_places
 
@@ -87,7 +88,7 @@ def _dear(trace: Recorded) -> bool:
     return trace.sizes["episode"] * trace.sizes["body"] > DEAR
 
 
-@metric(unit="1", grows=True, watched=False, rank=185, dear=_dear, every_step=True)
+@metric(unit="1", grows=True, watched=False, rank=185, dear=_dear)
 def touches_unexplained(trace: Recorded) -> Measure:
     """Number of touches that involve a robot and have no known cause (see the page on avoidance)."""
     found = [touch for touch in causes_of(trace) if touch.cause == UNEXPLAINED]
@@ -129,15 +130,14 @@ class _Scene:
         names = [str(name) for name in trace["body"].values]
         outlines = trace["obstacle_outline"].values if "obstacle_outline" in trace else None
         self.place = {i: self.q[:, i] for i in range(self.robots)}
-        self.radius = dict(enumerate(trace["robot_radius"].values.tolist()))
+        self.radius = radii_of(trace).tolist()
         self.outline: dict[int, Array] = {}
         if escorts(trace):
             self.place[names.index("target")] = trace["target_position"].values
-            self.radius[names.index("target")] = float(trace.attrs["target_radius"])
         for j, name in enumerate(trace["obstacle"].values):
-            body, radius = names.index(str(name)), float(trace["obstacle_radius"].values[j])
-            self.place[body], self.radius[body] = trace["obstacle_position"].values[:, j], radius
-            if radius == 0.0 and outlines is not None:
+            body = names.index(str(name))
+            self.place[body] = trace["obstacle_position"].values[:, j]
+            if self.radius[body] == 0.0 and outlines is not None:
                 self.outline[body] = (outlines[j] @ all_directions(self.axes).T).max(axis=0)
 
     def cause(self, couple: tuple[int, int], start: float, known: dict[int, float]) -> str:
@@ -281,7 +281,7 @@ class _Scene:
         """Return the first sample since when a robot has not accelerated against motors that give all."""
         most = (1.0 - 1e-9) * float(self.trace["force_limit"].values[i])
         for k in range(row, first, -1):
-            start = int(np.searchsorted(self.time, self.time[k] - SETTLING - 1e-9))
+            start = min(int(np.searchsorted(self.time, self.time[k] - SETTLING - 1e-9)), k - 1)
             given = self._force(i, slice(start, k)).mean(axis=0)
             if np.abs(given).max() >= most and (self.v[k, i] - self.v[start, i]) @ given < 0.0:
                 return k
@@ -362,13 +362,8 @@ class _Scene:
 
     def _safe(self, i: int, b: int) -> float:
         """Distance that avoidance keeps between a robot and a body, surface to surface [m]."""
-        attrs = self.trace.attrs
-        safe = float(
-            attrs[
-                "teammate_distance" if b < self.robots and "teammate_distance" in attrs else "safe_distance"
-            ]
-        )
-        return safe - (self.radius[i] + self.radius[b]) * (attrs["safe_distance_measure"] == "center")
+        group = ROBOTS if b < self.robots else OBSTACLES
+        return safe_gap(self.trace, self.radius[i] + self.radius[b], group)
 
     def _moves(self, b: int) -> bool:
         """Whether a body moves by itself: no wall, and no teammate, which does its part of avoidance."""

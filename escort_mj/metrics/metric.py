@@ -40,7 +40,7 @@ class Measure(NamedTuple):
         reason: Why there is no value.
         broken: Whether that is an error of the metric's function.
         unlogged: Whether that is because a log of real robots does not contain what it needs.
-        manner: How the value was found, in a few words; empty where there is but one way.
+        manner: What a verdict adds to the value, in a few words: how it was found, or where bodies are.
     """
 
     value: float | None

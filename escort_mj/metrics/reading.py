@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.metrics.metric import Bodies, Measure
-from escort_mj.monitor.signals import GEOMS
+from escort_mj.monitor.signals import GEOMS, ROBOTS, TARGET
 from escort_mj.record.recording import known_time
 
 if TYPE_CHECKING:
@@ -130,3 +130,31 @@ def manner_of(trace: Recorded, clearance: float, bodies: Bodies) -> str:
     if all(named[body] != GEOMS for body in bodies):
         return ""
     return BY_GEOMS if clearance < float(trace.attrs["exact_within"]) else BY_SPHERES
+
+
+def radii_of(trace: Recorded) -> Array:
+    """Radius of each body as avoidance takes it, shape (body,) [m]: 0 for walls and what is no sphere."""
+    names = trace["body"].values
+    radii = np.zeros(len(names))
+    radii[: trace.sizes["robot"]] = trace["robot_radius"].values
+    radii[names == "target"] = float(trace.attrs["target_radius"])
+    for name, radius in zip(trace["obstacle"].values, trace["obstacle_radius"].values, strict=True):
+        radii[names == name] = radius
+    return radii
+
+
+def safe_gap(trace: Recorded, radii: float, group: str) -> float:
+    """Return the gap that avoidance keeps between the surfaces of a robot and a body [m].
+
+    Args:
+        trace: A trace.
+        radii: Sum of the radii of the two [m].
+        group: Of the body. Where the target is not avoided, that is 0 or less.
+    """
+    attrs = trace.attrs
+    safe = attrs["safe_distance"]
+    if group == ROBOTS:
+        safe = attrs.get("teammate_distance", safe)
+    elif group == TARGET:
+        safe = attrs.get("target_distance", 0.0)
+    return float(safe) - radii * (attrs["safe_distance_measure"] == "center")

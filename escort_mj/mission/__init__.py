@@ -15,7 +15,7 @@ from escort_mj import stopping
 from escort_mj.errors import EscortError, UsageError
 from escort_mj.expect.verdicts import Verdict, judge
 from escort_mj.measuring import measures_of, summarize
-from escort_mj.metrics.metric import Measure, in_words
+from escort_mj.metrics.metric import Measure
 from escort_mj.monitor.signals import START
 from escort_mj.native.on_demand import waited
 from escort_mj.record.episodes import NONE
@@ -60,7 +60,6 @@ class Room:
 BLOCK = 256  # samples between two looks at the state's health
 LARGEST = 1e10  # control that MuJoCo takes (mjMAXVAL) [N]
 NOT_KEPT = "this run's trace was not kept: ask for traces"
-MOST_STUCK = 6  # robots that the message names
 DIVERGED_BEYOND = 10.0  # times the mission's radius or the farthest start, whichever is larger
 
 
@@ -216,9 +215,8 @@ def sum_up(scenario: Scenario, recording: Recording, outcome: Outcome, message: 
     if errors and outcome is Outcome.COMPLETED:
         outcome, message = Outcome.FAILED, f"a plugin raised an error after the run: {errors[0]}"
         verdicts = judge(scenario.expect, recording, outcome)
-    if outcome is Outcome.COMPLETED and (waiting := measures["stuck"].bodies):
-        shown = in_words(waiting[:MOST_STUCK]) + " and others" * (len(waiting) > MOST_STUCK)
-        message += f"; stuck on the way to {'its goal' if len(waiting) == 1 else 'their goals'}: {shown}"
+    if outcome is Outcome.COMPLETED and measures["stuck"].bodies:
+        message += f"; {measures['stuck'].manner}"
     metrics = summarize(measures, recording, outcome, steps=steps, wall_time=wall, metrics=known)
     return Flight(scenario, outcome, message, recording, measures, metrics, verdicts)
 

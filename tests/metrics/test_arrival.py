@@ -33,7 +33,6 @@ def test_all_arrive(traced):
     assert measure("arrived", trace).value == 1.0
     assert measure("path_length", trace).value == pytest.approx(4.0)
     assert measure("goal_distance_max", trace).value == pytest.approx(4.0)
-    assert (measure("stuck", trace).value, measure("stuck", trace).bodies) == (0.0, ())
 
 
 def test_who_leaves_again_arrives_later(traced):
@@ -44,15 +43,12 @@ def test_who_leaves_again_arrives_later(traced):
     assert measure("path_length", traced(q)).value == pytest.approx(4.2)
 
 
-def test_who_waits_never_arrives_and_is_stuck(traced):
+def test_who_waits_never_arrives(traced):
     q = ways(2.0, 2.0, 2.0)
     q[:, 1] = [2.0, 2.0] + 0.01 * np.stack([np.sin(9 * TIME), np.cos(9 * TIME)], axis=1)
     found = measure("arrival_time", traced(q))
     assert (found.value, found.time, found.bodies) == (math.inf, 10.0, ("robot_2",))
     assert measure("arrived", traced(q)).value == pytest.approx(2 / 3)
-    assert (measure("stuck", traced(q)).value, measure("stuck", traced(q)).bodies) == (1.0, ("robot_2",))
-    q[:, 1, 0] = 0.1 * TIME  # slow, and on its way
-    assert measure("stuck", traced(q)).value == 0.0
 
 
 def test_waypoints_left_and_losses(traced):
@@ -70,7 +66,7 @@ def test_waypoints_left_and_losses(traced):
 
 def test_no_goals_no_value(make_trace):
     trace = make_trace(TIME, robots=2, truth=False)
-    for name in ("arrival_time", "arrived", "stuck", "goal_distance_max"):
+    for name in ("arrival_time", "arrived", "goal_distance_max"):
         assert measure(name, trace).reason == "robots have no goals"
     for name in ("radius_error_mean", "radius_error_max", "settling_time", "hull_margin"):
         assert (
@@ -117,11 +113,3 @@ def recomputed_arrived(again):
 
 def recomputed_path_length(again):
     return float(np.linalg.norm(np.diff(again.q, axis=0), axis=2).sum(axis=0).mean())
-
-
-def recomputed_stuck(again):
-    if not _heads(again) or again.time[-1] < 5.0:
-        return None
-    late = again.q[again.time >= again.time[-1] - 5.0 - 1e-9]
-    stays = (np.linalg.norm(late - late[-1], axis=2) <= again.case.robot).all(axis=0)
-    return float((stays & ~_there(again)[0][-1]).sum())

@@ -59,6 +59,15 @@ def causes(text: str) -> list[str]:
     return [each.cause for each in found]
 
 
+@pytest.mark.filterwarnings("error::RuntimeWarning")
+@pytest.mark.parametrize("rate", [2, 50])
+def test_causes_are_of_samples_and_found_at_any_rate_of_them(rate: int) -> None:
+    judged = f"recording: {{rate: {rate}}}\nexpect: [{{metric: touches_unexplained, at_most: 9}}]\n"
+    flight = fly(parse_scenario(HEAD + "duration: 3\n" + judged + LEAPING))
+    assert flight.outcome.good and len(causes_of(flight.recording)) > 0
+    assert flight.verdicts[1].message.endswith(f"at samples of {1 / rate:g} s")
+
+
 @pytest.mark.parametrize(
     ("text", "first"),
     [
