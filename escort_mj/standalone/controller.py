@@ -21,7 +21,7 @@ from escort_mj.scenario.reader.shipped import load_scenario
 from escort_mj.scenario.schema.scenario import Scenario
 from escort_mj.scenario.setup import controller_setup
 from escort_mj.sensing.sensors import Sensors
-from escort_mj.standalone.backends import BACKENDS, CONTROL_SIGNALS, Backend
+from escort_mj.standalone.backend import CONTROL_SIGNALS, Backend
 from escort_mj.standalone.guard import Guard, Judgement
 from escort_mj.standalone.knowledge import Knowledge, Surroundings
 from escort_mj.standalone.limits import Event, Limits
@@ -88,7 +88,7 @@ class Controller:
         overrides: Overrides = (),
         *,
         plugins: Sequence[str] = (),
-        backend: Literal["native", "numpy"] = "native",
+        backend: Literal["native", "interpreted"] = "native",
         simulate: bool = False,
         longest_gap: Positive = 0.1,
         limits: Limits | None = None,
@@ -99,8 +99,8 @@ class Controller:
             scenario: A scenario, or any source that `load_scenario` accepts: a file, a name, or keys.
             overrides: A mapping of key paths to values, or texts `key.path=value`.
             plugins: Additional plugins: Python files or names of installed plugins.
-            backend: `native`: the machine code that missions run. `numpy`: the same law in plain NumPy, slow,
-                for reading and for a debugger. Both agree to 1e-10.
+            backend: `native`: the machine code that missions run. `interpreted`: the same law as plain
+                Python, where a debugger can stop, a thousand times slower. Both agree to rounding.
             simulate: Whether to add what the scenario simulates around the law: errors of sensors, what
                 robots see, hear and estimate, failures of motors and the disturbance. By default, the law is
                 given the measurements as they are. The ranges of `sensing.radius` always apply.
@@ -201,7 +201,7 @@ class Controller:
         if self.limits is not None and self.limits.drops:
             setup = replace(setup, failures=who_may_be_lost(setup))
         self._surroundings = Surroundings(setup, self._bodies, paths, self._robots.mass)
-        self._backend: Backend = BACKENDS[self._options["backend"]](setup)
+        self._backend = Backend(setup, interpret=self._options["backend"] == "interpreted")
         self._before: Knowledge | None = None
         self._first = self._evaluated = 0.0  # times of the first call, and up to which the state has come
         self._steps = 0
@@ -431,8 +431,8 @@ class Controller:
     def state(self) -> dict[str, Any]:
         """Copy of everything that later calls depend on; set it to continue from there, bit for bit.
 
-        With the backend `native`, it contains arrays only, for example for `numpy.savez`, and suits every
-        controller of the same scenario and start. With `numpy`, it is valid only in the same process.
+        It contains arrays only, for example for `numpy.savez`, and suits every controller of the same
+        scenario, start, backend and limits.
         """
         found = self._backend.save()
         found["clock"] = np.array([self._first, self._evaluated, self._steps])
@@ -446,7 +446,7 @@ class Controller:
     @state.setter
     def state(self, saved: Mapping[str, Any]) -> None:
         state = checked_state(saved, self._mark, left_out=("known", "heard_at"))
-        self._backend.load(state if OBJECT not in state else {OBJECT: state[OBJECT]})
+        self._backend.load(state)
         first, evaluated, steps = (float(each) for each in state["clock"])
         self._first, self._evaluated, self._steps = first, evaluated, round(steps)
         kept = {name: np.array(state[BEFORE + name]) for name in Knowledge._fields if BEFORE + name in state}

@@ -15,7 +15,6 @@ from escort_mj.scenario.arguments import argument_error
 from escort_mj.scenario.schema.scenario import Scenario
 
 MISSION, SUMS = "mission", "sums"  # what a state is marked with: whose it is, and check sums of its fields
-OBJECT = "numpy"  # a field of the backend `numpy`, which is no array
 NUMBERS = ("q_d", "rho_hat", "v_d")  # whatever happens, these are numbers
 _IGNORED = {"name", "description", "plugins", "recording", "video", "expect"}
 
@@ -34,7 +33,7 @@ def mission_mark(scenario: Scenario, *more: object) -> NDArray[np.uint32]:
 
 def marked(state: dict[str, Any], mission: NDArray[np.uint32]) -> dict[str, Any]:
     """Return a state with its marks."""
-    names = sorted(name for name in state if name != OBJECT)
+    names = sorted(state)
     return state | {MISSION: mission, SUMS: np.array([_sum(state[name]) for name in names], dtype=np.uint32)}
 
 
@@ -58,7 +57,7 @@ def checked_state(saved: Any, mission: NDArray[np.uint32], left_out: Sequence[st
         raise UsageError(
             "state: is that of another mission, start, backend or limits; expected one of this controller"
         )
-    names, sums = sorted(name for name in state if name != OBJECT), np.asarray(saved[SUMS])
+    names, sums = sorted(state), np.asarray(saved[SUMS])
     if sums.shape != (len(names),):
         raise UsageError(
             f"state: found {len(names)} fields, {sums.size} were saved; expected what `state` returned"
