@@ -10,11 +10,12 @@ from hypothesis import strategies as st
 from pydantic import ValidationError
 
 from escort_mj.behaviors import Surface
-from escort_mj.control.reference import ReferenceController
 from escort_mj.control.setup import Setup
 from escort_mj.laws import LAWS, ApdSmc, Asmc, ComputedTorque, Pd, PdSmc, SuperTwisting
 from escort_mj.sensing.sensors import Sensors
 from tests.control.twins import Kernel, vector
+from tests.oracle.laws import switching
+from tests.oracle.reference import ReferenceController
 
 PAPER = (ApdSmc, Asmc, PdSmc)
 SMOOTHINGS = ("tanh", "saturation", "sign")
@@ -109,10 +110,10 @@ def test_impossible_parameters_are_refused(law, wrong: dict) -> None:
 @given(st.floats(-100.0, 100.0, allow_subnormal=False), st.floats(0.01, 10.0))
 def test_switching_terms(s: float, width: float) -> None:
     for smoothing in SMOOTHINGS:
-        value = float(ApdSmc(smoothing=smoothing, boundary_layer=width).switching(np.array(s)))
+        value = float(switching(ApdSmc(smoothing=smoothing, boundary_layer=width), np.array(s)))
         assert abs(value) <= 1.0
         assert value * s >= 0.0
-        assert float(ApdSmc(smoothing=smoothing, boundary_layer=width).switching(np.array(-s))) == -value
+        assert float(switching(ApdSmc(smoothing=smoothing, boundary_layer=width), np.array(-s))) == -value
         if abs(s) > 20.0 * width:
             assert value == pytest.approx(math.copysign(1.0, s), abs=1e-15)
 
@@ -120,9 +121,9 @@ def test_switching_terms(s: float, width: float) -> None:
 def test_switching_at_the_surface() -> None:
     zero = np.zeros(1)
     for smoothing in SMOOTHINGS:
-        assert ApdSmc(smoothing=smoothing, boundary_layer=1.0).switching(zero)[0] == 0.0
-    assert ApdSmc(smoothing="saturation", boundary_layer=2.0).switching(np.array([0.5]))[0] == 0.25
-    assert ApdSmc(smoothing="sign", boundary_layer=1.0).switching(np.array([1e-300]))[0] == 1.0
+        assert switching(ApdSmc(smoothing=smoothing, boundary_layer=1.0), zero)[0] == 0.0
+    assert switching(ApdSmc(smoothing="saturation", boundary_layer=2.0), np.array([0.5]))[0] == 0.25
+    assert switching(ApdSmc(smoothing="sign", boundary_layer=1.0), np.array([1e-300]))[0] == 1.0
 
 
 @pytest.mark.parametrize("law", PAPER)
@@ -254,7 +255,7 @@ def test_super_twisting_is_its_equation(smoothing: str) -> None:
     controller = ReferenceController(replace(SETUP, law=law))
     controller.reset(START)
     found = controller.evaluate(0.0, *OFF_PLACE)
-    sw = ApdSmc(smoothing=smoothing, boundary_layer=0.5).switching(found.s)
+    sw = switching(ApdSmc(smoothing=smoothing, boundary_layer=0.5), found.s)
     np.testing.assert_allclose(found.tau, 3.0 * np.sqrt(np.abs(found.s)) * sw, rtol=1e-15)
     assert np.all(found.rho_hat == 0.0)
     after = controller.evaluate(SETUP.timestep, *OFF_PLACE)

@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from pydantic import Field, NonNegativeFloat, PositiveFloat
 
 from escort_mj.behaviors.behavior import Behavior
-from escort_mj.behaviors.task import Situation, Task, distance
 from escort_mj.behaviors.wish import Wish, along
 from escort_mj.components.obstacles import obstacle_places
 from escort_mj.knowledge.teammates import find_nearest_heard
@@ -36,7 +35,6 @@ from escort_mj.numerics.neighbors import candidate, number_of_candidates, seen_n
 
 if TYPE_CHECKING:
     from escort_mj.control.setup import Setup
-    from escort_mj.knowledge.teammates import Heard
     from escort_mj.memory.layout import Plan, State
 
 Array = NDArray[np.float64]
@@ -105,118 +103,11 @@ class AvoidObstacles(Behavior):
             "gain": float(self.gain == "printed"), "gain_margin": self.gain_margin, "sidestep": self.sidestep,
         }  # fmt: skip
 
-    def team_tasks(self, now: Situation) -> tuple[Task, ...]:
-        """Return eq. 3 with the gain of eqs. 23, 24: sigma = |q - o| is to grow to the safe distance."""
-        depth, intruder = self._worst(now)
-        active = self.active(now)
-        jacobian = np.where(active[:, None], distance(now.q, intruder).jacobian, 0.0)
-        speed, error = np.linalg.norm(now.v, axis=1), np.linalg.norm(now.e, axis=1)
-        rate = np.zeros(len(now.q))
-        slope = now.setup.by_robot("slope", now.members)[active]
-        gain = self.escape_gain(depth[active], speed[active], error[active], slope)
-        rate[active] = gain * depth[active]
-        return (Task(jacobian, rate),)
-
-    def active(self, now: Situation) -> Mask:
-        """Return whose safe sphere something is in."""
-        return (self._worst(now)[0] > 0.0) & ~now.team.lost
-
-    def error(self, now: Situation) -> Array:
-        """Return how deep the worst intruder is in each safe sphere."""
-        return self._worst(now)[0]
-
-    def _worst(self, now: Situation) -> tuple[Array, Array]:
-        lost, heard = now.team.lost, now.heard
-        return now.once((id(self), "worst"), lambda: self.intrusion(now.q, now.setup, lost, heard))
-
-    def teammates_of(
-        self, q: Array, setup: Setup, lost: Mask | bool, heard: Heard | None
-    ) -> tuple[Array, Array, Array]:
-        """Return where each robot takes its teammates to be.
-
-        Args:
-            q: Measured positions, shape (n, p) [m].
-            setup: Gives distances.
-            lost: Robots that are obstacles, shape (n,).
-            heard: What robots have heard of teammates.
-
-        Returns:
-            Places, shape (n, n, p), how far from there teammates may be, and the least distances to keep,
-            0 for those that are not avoided, shape (n, n) [m].
-        """
-        n, p = q.shape
-        places, balls = np.broadcast_to(q, (n, n, p)), np.zeros((n, n))
-        safe = np.full((n, n), setup.teammate_distance(self))
-        safe[:, lost] = max(self.safe_distance, setup.teammate_distance(self))
-        if heard is not None and setup.hears(self):
-            places, balls = heard.place, heard.ball
-            safe = np.where(heard.known, setup.teammate_distance(self), self.safe_distance * lost)
-        np.fill_diagonal(safe, 0.0)
-        return places, balls, safe
-
-    def intrusion(
-        self, q: Array, setup: Setup, lost: Mask | bool = False, heard: Heard | None = None
-    ) -> tuple[Array, Array]:
-        """Return how deep the worst intruder is in each safe sphere, and where it is (eq. 3, remark 2).
-
-        Args:
-            q: Measured positions, shape (n, p) [m].
-            setup: Gives obstacles, radii and distances.
-            lost: Robots that are obstacles, shape (n,).
-            heard: What robots have heard of teammates.
-
-        Returns:
-            sigma~, not positive where nothing intrudes, shape (n,) [m], and positions, shape (n, p) [m].
-        """
-        teammates, balls, safe = self.teammates_of(q, setup, lost, heard)
-        centers = np.concatenate([setup.obstacles_seen()[:-1], teammates], axis=1)  # by each robot
-        gaps = np.linalg.norm(q[:, None] - centers, axis=2)
-        if self.measure == "surface":
-            radii = np.concatenate([setup.seen_radius, setup.robot_radius])
-            gaps -= setup.robot_radius[:, None] + radii
-        obstacles, robots = len(setup.obstacle_position), np.arange(len(q))
-        reach = np.where(safe > 0.0, safe + balls, -np.inf)
-        depth = np.hstack([np.full((len(q), obstacles), self.safe_distance), reach]) - gaps
-        worst = np.argmax(depth, axis=1)
-        return depth[robots, worst], centers[robots, worst]
-
-    def escape_gain(self, depth: Array, speed: Array, error: Array, slope: Array | float) -> Array:
-        """Return the gain lambda = lambda* + rho by the quadratic of eq. 24, shape (k,) [1/s].
-
-        Args:
-            depth: sigma~, positive, shape (k,) [m].
-            speed: |v|, shape (k,) [m/s].
-            error: |e|, shape (k,) [m].
-            slope: gamma of the sliding surface, one or shape (k,) [1/s].
-        """
-        g, printed = slope * error, self.gain == "printed"
-        a, b = depth**2, 2.0 * depth * (speed - (2.0 * g if printed else g))
-        # b^2 + 4ac with c = g^2 + 2g|v| - |v|^2, multiplied out: where g << |v| it cancels to rounding noise.
-        discriminant = 4.0 * a * (5.0 * g**2 - 2.0 * g * speed if printed else 2.0 * g**2)
-        return (b + np.sqrt(np.maximum(discriminant, 0.0))) / (2.0 * a) + self.gain_margin
-
-    def beside(self, now: Situation, below: Array) -> Array:
-        """Return the sidestep: what goes along the safe sphere against head-on approaches (remark 6).
-
-        Args:
-            now: The situation.
-            below: What the behaviors below want within the speed limit, shape (n, p) [m/s].
-        """
-        q, (depth, intruder) = now.q, self._worst(now)
-        robots, axes = np.arange(len(q)), q.shape[1]
-        r = distance(q, intruder).jacobian.reshape(len(q), *q.shape)[robots, robots]
-        outward = np.sum(r * below, axis=1)
-        left = np.linalg.norm(below - outward[:, None] * r, axis=1)
-        speed = np.where(depth > 0.0, np.maximum(-self.sidestep * outward - left, 0.0), 0.0)
-        pairs = np.kron(np.eye(axes // 2), np.array([[0.0, -1.0], [1.0, 0.0]]))
-        odd = axes % 2
-        equatorial = np.pad(pairs, (0, odd))  # turns all axes but, where they are odd, the last one
-        polar = np.pad(pairs, (odd, 0))
-        turned_r = np.where(np.abs(r[:, -1:]) > POLAR, r @ polar.T, r @ equatorial.T)
-        return np.asarray(speed[:, None] * turned_r)
-
     def wish_lanes(self, i: int, plan: Plan, state: State, x: Array, wish: Array, at: int) -> Wish:
-        """The same for robots i to i + 7, compiled, but for the sidestep: see `sidestep`."""
+        """Return eq. 3 with the gain of eqs. 23, 24: sigma = |q - o| is to grow to the safe distance.
+
+        The sidestep is not part of it: see `sidestep`.
+        """
         p = state.q.shape[1]
         depth, distance = _worst_intruder(i, self, plan, state, x)
         nothing = everywhere(0.0)

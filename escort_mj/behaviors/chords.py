@@ -8,7 +8,6 @@ import numpy as np
 from pydantic import PositiveFloat
 
 from escort_mj.behaviors.behavior import Behavior
-from escort_mj.behaviors.task import Situation, Task, half_squared_distance
 from escort_mj.behaviors.wish import (
     MAX_DIRECTIONS,
     Wish,
@@ -59,19 +58,8 @@ class Chords(Behavior):
     order: tuple[int, ...] | None = None
     """Order of the robots (from 1) along the formation; null: determined from their initial positions."""
 
-    def team_tasks(self, now: Situation) -> tuple[Task, ...]:
-        """Return eq. 4 of each cycle: sigma = |q_i - q_j|^2 / 2, j before i, is to become length^2 / 2."""
-        sigmas = [half_squared_distance(now.q, now.q[row]) for row in now.team.predecessors]
-        wanted = 0.5 * now.team.chord_length**2
-        return tuple(Task(jacobian, self.gain * (wanted - sigma)) for sigma, jacobian in sigmas)
-
-    def error(self, now: Situation) -> Array:
-        """Return the root mean square of the chords' deviations in length."""
-        chords = [np.linalg.norm(now.q - now.q[row], axis=1) for row in now.team.predecessors]
-        return np.asarray(np.sqrt(np.mean((np.array(chords) - now.team.chord_length) ** 2, axis=0)))
-
     def wish_lanes(self, i: int, plan: Plan, state: State, x: Array, wish: Array, at: int) -> Wish:
-        """The same for robots i to i + 7, compiled: one cycle in the plane, two in space."""
+        """Return eq. 4 of each cycle: sigma = |q_i - q_j|^2 / 2, j before i, is to become length^2 / 2."""
         p, length = state.q.shape[1], state.chord_length[0]
         look_at_others(i, state.q_measured, state.predecessors[0], x, 0)
         weight, error = keep_distance(p, length, self.gain, x, 0, wish, at)

@@ -8,8 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import PositiveFloat
 
-from escort_mj.behaviors.behavior import Behavior, Mask
-from escort_mj.behaviors.task import Situation, Task
+from escort_mj.behaviors.behavior import Behavior
 from escort_mj.behaviors.wish import Wish, along, square_of
 from escort_mj.knowledge.teammates import mate_at, places_of, teammate_place
 from escort_mj.native.lanes import WIDTH, everywhere, load_rows, root, row_of, set_row, stack_rows, where
@@ -37,48 +36,8 @@ class Connect(Behavior):
     gain: PositiveFloat = 2.0
     """Gain of the distance beyond `distance` [1/s]."""
 
-    def team_tasks(self, now: Situation) -> tuple[Task, ...]:
-        """Return the task along the way to the farthest neighbor: back to the distance."""
-        n, p = now.q.shape
-        ways, _ = self.strained(now)
-        jacobian, rate = np.zeros((n, n, p)), np.zeros(n)
-        for i, way in enumerate(ways):
-            apart = float(np.linalg.norm(way))
-            if apart > self.distance:
-                jacobian[i, i] = way / apart
-                rate[i] = self.gain * (apart - self.distance)
-        return (Task(jacobian.reshape(n, n * p), rate),)
-
-    def strained(self, now: Situation) -> tuple[Array, Array]:
-        """Return the ways to the farthest neighbors, shape (n, p) [m], and who has one, shape (n,)."""
-        q = now.q
-        mates = np.broadcast_to(q, (len(q), *q.shape)) if now.mates is None else now.mates
-        ways, some = np.zeros_like(q), np.zeros(len(q), dtype=bool)
-        for i in range(len(q)):
-            known = [
-                j for j in range(len(q)) if j != i and np.isfinite(mates[i, j, 0]) and not now.team.lost[j]
-            ]
-            offset = {j: mates[i, j] - q[i] for j in known}
-            for j in known:
-                own = float(np.linalg.norm(offset[j]))
-                between = [
-                    k for k in known
-                    if k != j and max(np.linalg.norm(offset[k]), np.linalg.norm(offset[k] - offset[j])) < own
-                ]  # fmt: skip
-                if not between and (not some[i] or own > np.linalg.norm(ways[i])):
-                    ways[i], some[i] = offset[j], True
-        return ways, some
-
-    def active(self, now: Situation) -> Mask:
-        """Return which robots are beyond the distance, shape (n,)."""
-        return np.asarray(np.linalg.norm(self.strained(now)[0], axis=1) > self.distance)
-
-    def error(self, now: Situation) -> Array:
-        """Return by how much each robot is beyond the distance."""
-        return np.maximum(np.linalg.norm(self.strained(now)[0], axis=1) - self.distance, 0.0)
-
     def wish_lanes(self, i: int, plan: Plan, state: State, x: Array, wish: Array, at: int) -> Wish:
-        """The same for robots i to i + 7, compiled."""
+        """Return the task along the way to the farthest neighbor: back to the distance."""
         _find_strained(i, plan, state)
         p = state.q.shape[1]
         rows = stack_rows(p)

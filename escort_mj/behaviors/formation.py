@@ -6,10 +6,9 @@ import math
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field
 
-from escort_mj.behaviors.goal import GoalsReached, Headed, toward_goal
+from escort_mj.behaviors.goal import Headed, toward_goal
 from escort_mj.behaviors.wish import Wish
 from escort_mj.components.parameters import Vector
 from escort_mj.components.waypoint import Waypoint
@@ -78,7 +77,7 @@ class Formation(Headed):
     """Factor by which the offsets are multiplied [1]: a number, or an expression in t."""
 
     def wish_lanes(self, i: int, plan: Plan, state: State, x: Array, wish: Array, at: int) -> Wish:
-        """The same for robots i to i + 7, compiled."""
+        """Return the task sigma = q, which is to become the goal: it takes all directions."""
         return toward_goal(self.gain, i, state, x, wish, at)
 
     @property
@@ -153,52 +152,3 @@ def _find_frame(b: int, row: int, plan: Plan, state: State) -> None:
             frame[row + p + 1, 1] = (later_y / later - y / speed) / plan.timestep
     elif old_cosine != 0.0 or old_sine != 0.0:
         frame[row + p, 0], frame[row + p + 1, 0] = old_cosine, old_sine
-
-
-# The same in plain NumPy.
-
-
-class Places:
-    """Where robots in formations are to be, step by step."""
-
-    def __init__(self, setup: Setup) -> None:
-        self._setup = setup
-        self._phases = [phase for phase, _ in setup.numbered(Formation)]
-        self._begun = False
-        self._way = [np.array([1.0, 0.0]) for _ in self._phases]
-
-    def place(
-        self, t: float, target: Array, velocity: Array, phase: NDArray[np.int64], goals: GoalsReached
-    ) -> None:
-        """Writes the goals of the robots in formations.
-
-        Args:
-            t: Time [s].
-            target: Measured position of the target, shape (p,) [m].
-            velocity: Measured velocity of the target, shape (p,) [m/s].
-            phase: That rules each robot, shape (n,).
-            goals: Their points, velocities and what is left are changed.
-        """
-        setup, p = self._setup, self._setup.axes
-        for b, (number, frame) in enumerate(zip(self._phases, setup.formations, strict=True)):
-            value, rate = frame.function.position(t), frame.function.velocity(t)
-            center, drift, scale, growing = value[:p], rate[:p], value[p + 2], rate[p + 2]
-            way, turning = value[p : p + 2], rate[p : p + 2]
-            heading = drift[:2]
-            if frame.follows:
-                center, drift, heading = target, velocity * setup.target_feedforward, velocity[:2]
-            if frame.along:
-                way, turning = self._way[b], np.zeros(2)
-                if np.linalg.norm(heading) > SLOWEST:
-                    way = self._way[b] = heading / np.linalg.norm(heading)
-                    later = frame.function.velocity(t + setup.timestep)[:2]
-                    if not frame.follows and np.linalg.norm(later) > SLOWEST:
-                        turning = (later / np.linalg.norm(later) - way) / setup.timestep
-            turn, spin = np.eye(p), np.zeros((p, p))
-            turn[:2, :2] = [[way[0], -way[1]], [way[1], way[0]]]
-            spin[:2, :2] = [[turning[0], -turning[1]], [turning[1], turning[0]]]
-            mine = (phase == number) | (b == 0 and not self._begun and not setup.goals)
-            goals.point[mine] = (center + scale * frame.offsets @ turn.T)[mine]
-            moves = drift + growing * frame.offsets @ turn.T + scale * frame.offsets @ spin.T
-            goals.velocity[mine], goals.left[mine] = moves[mine], 0
-        self._begun = True

@@ -5,11 +5,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Discriminator, Field, PositiveFloat, Tag
 
 from escort_mj.behaviors.behavior import Behavior
-from escort_mj.behaviors.task import Situation, Task
 from escort_mj.behaviors.wish import Wish, across
 from escort_mj.components.parameters import Vector
 from escort_mj.components.random_placement import RandomPlacement
@@ -114,14 +112,6 @@ class Headed(Behavior):
     reach: PositiveFloat = 0.1
     """Distance within which a robot has reached its goal, or passed a waypoint on the way there [m]."""
 
-    def team_tasks(self, now: Situation) -> tuple[Task, ...]:
-        """Return the task sigma = q, which is to become the goal: it takes all directions."""
-        return (Task(np.eye(now.q.size), (self.gain * (now.goal - now.q) + now.goal_velocity).ravel()),)
-
-    def error(self, now: Situation) -> Array:
-        """Return the distance to the goal."""
-        return np.asarray(np.linalg.norm(now.goal - now.q, axis=1))
-
 
 class Goal(Headed):
     """Send each robot to its own goal, directly or along waypoints."""
@@ -134,7 +124,7 @@ class Goal(Headed):
     through the mean of all starts; a table: random points in a ball, drawn like `robots.placement`."""
 
     def wish_lanes(self, i: int, plan: Plan, state: State, x: Array, wish: Array, at: int) -> Wish:
-        """The same for robots i to i + 7, compiled."""
+        """Return the task sigma = q, which is to become the goal: it takes all directions."""
         return toward_goal(self.gain, i, state, x, wish, at)
 
 
@@ -174,44 +164,3 @@ def _go(i: int, row: int, plan: Plan, state: State) -> None:
     for k in range(state.q.shape[1]):
         state.goal[i, k] = plan.goal_points[at, k]
     state.goals_left[i] = plan.goal_count[row] - 1.0 - state.goal_at[row]
-
-
-# The same in plain NumPy.
-
-
-class GoalsReached:
-    """The point that each robot goes to, step by step.
-
-    Attributes:
-        point: Shape (n, p) [m].
-        velocity: How fast it moves, shape (n, p) [m/s].
-        left: Waypoints after it, shape (n,).
-    """
-
-    def __init__(self, setup: Setup) -> None:
-        self._stacks = setup.numbered(Goal)
-        self._lists = setup.goals
-        self._at = np.zeros((len(setup.goals), setup.count), dtype=int)
-        self.point = np.zeros((setup.count, setup.axes))
-        self.velocity = np.zeros((setup.count, setup.axes))
-        self.left = np.zeros(setup.count)
-        for i in range(setup.count if setup.goals else 0):
-            self._go(i, 0)
-
-    def choose(self, q: Array, phase: NDArray[np.int64]) -> None:
-        """Moves on where a robot has come to its waypoint.
-
-        Args:
-            q: Measured positions, shape (n, p) [m].
-            phase: That rules each robot, shape (n,).
-        """
-        for b, (number, goal) in enumerate(self._stacks):
-            for i in np.flatnonzero(phase == number):
-                points, at = self._lists[b][i], self._at[b, i]
-                if np.linalg.norm(points[at] - q[i]) <= goal.reach and at + 1 < len(points):
-                    self._at[b, i] += 1
-                self._go(int(i), b)
-
-    def _go(self, i: int, b: int) -> None:
-        points, at = self._lists[b][i], self._at[b, i]
-        self.point[i], self.left[i] = points[at], len(points) - 1 - at

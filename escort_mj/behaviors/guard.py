@@ -4,11 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
-import numpy as np
 from pydantic import PositiveFloat
 
 from escort_mj.behaviors.behavior import Behavior
-from escort_mj.behaviors.task import Situation, Task
 from escort_mj.behaviors.wish import Wish, square_of
 from escort_mj.components.parameters import UNLIMITED
 from escort_mj.components.teams import radius_rows
@@ -71,32 +69,8 @@ class Guard(Behavior):
         """Return its parameters as numbers."""
         return {"distance": self.distance or 0.0, "alert": self.alert or UNLIMITED, "gain": self.gain}
 
-    def team_tasks(self, now: Situation) -> tuple[Task, ...]:
-        """Return the task sigma = q of the robots that guard, which takes all directions."""
-        way, velocity = self._way(now)
-        active = self.active(now)
-        rate = np.where(active[:, None], self.gain * way + velocity, 0.0)
-        return (Task(np.diag(np.repeat(active, now.q.shape[1]).astype(float)), rate.ravel()),)
-
-    def active(self, now: Situation) -> Any:
-        """Return which robots guard, shape (n,)."""
-        return guarding(now, self.alert)
-
-    def error(self, now: Situation) -> Array:
-        """Return the distance that is left."""
-        return np.where(self.active(now), np.linalg.norm(self._way(now)[0], axis=1), 0.0)
-
-    def _way(self, now: Situation) -> tuple[Array, Array]:
-        """Return the way to where each robot stands, and how fast that moves, shape (n, p) each."""
-        assert now.threats is not None
-        y, w = now.threats.position - now.c, now.threats.velocity - now.c_dot
-        far = np.maximum(np.linalg.norm(y, axis=1, keepdims=True), NEAR)
-        u, distance = y / far, self.distance or now.radius[:, None]
-        aside = w - u * np.sum(u * w, axis=1, keepdims=True)
-        return now.c + distance * u - now.q, now.c_dot + distance / far * aside
-
     def wish_lanes(self: Any, i: int, plan: Plan, state: State, x: Array, wish: Array, at: int) -> Wish:
-        """The same for robots i to i + 7, compiled."""
+        """Return the task sigma = q of the robots that guard, which takes all directions."""
         n, p = state.q.shape
         here, center, drift, y, w = stack_rows(p), stack_rows(p), stack_rows(p), stack_rows(p), stack_rows(p)
         load_rows(state.q_measured, i, here)
@@ -138,10 +112,3 @@ def guarding_lanes(alert: float, i: int, plan: Plan, state: State) -> Lanes:
     near: Any = where(square > alert * alert, 0.0, everywhere(1.0))
     found: Lanes = where(there(n - i), where(load(state.threat, i) > 0.5, near, 0.0), 0.0)
     return found
-
-
-def guarding(now: Situation, alert: float | None) -> Any:
-    """Return which robots guard against an opponent within a distance [m] of the target, shape (n,)."""
-    assert now.threats is not None
-    distance = np.linalg.norm(now.threats.position - now.c, axis=1)
-    return (now.threats.number > 0) & (distance <= (UNLIMITED if alert is None else alert))

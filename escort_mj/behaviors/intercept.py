@@ -4,13 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
-import numpy as np
-from numpy.typing import NDArray
 from pydantic import PositiveFloat
 
 from escort_mj.behaviors.behavior import Behavior
-from escort_mj.behaviors.guard import guarding, guarding_lanes
-from escort_mj.behaviors.task import Situation, Task, directions
+from escort_mj.behaviors.guard import guarding_lanes
 from escort_mj.behaviors.wish import Wish, square_of
 from escort_mj.components.parameters import UNLIMITED
 from escort_mj.knowledge.belief import target_rows, target_velocity_rows
@@ -73,7 +70,7 @@ class Intercept(Behavior):
         return {
             "opponents": float(self.guards),
             "alert": self.alert or UNLIMITED,
-            "speed": self._pace(setup),
+            "speed": self.pace(setup),
             "within": self.within,
             "gain": self.gain,
         }
@@ -83,40 +80,13 @@ class Intercept(Behavior):
         """Whether it sends robots against opponents."""
         return self.quarry == "opponents"
 
-    def _pace(self, setup: Setup | None) -> float:
-        """Return the speed of the robots [m/s]."""
+    def pace(self, setup: Setup | None) -> float:
+        """Return the speed of the robots, as far as their limit allows it [m/s]."""
         most = UNLIMITED if setup is None else min(setup.max_speed, UNLIMITED)
         return most if self.speed is None else min(self.speed, most)
 
-    def team_tasks(self, now: Situation) -> tuple[Task, ...]:
-        """Return the task sigma = q, which takes all directions: the velocity of the interception."""
-        point, course = self._quarry(now)
-        way = point - now.q
-        left = np.maximum(np.linalg.norm(way, axis=1) - self.within, 0.0)
-        velocity = toward_meeting(way, course, self._pace(now.setup), self.gain * left)
-        active = self.active(now)
-        wanted = np.where(active[:, None], velocity, 0.0)
-        return (Task(np.diag(np.repeat(active, now.q.shape[1]).astype(float)), wanted.ravel()),)
-
-    def active(self, now: Situation) -> NDArray[np.bool_]:
-        """Return which robots go for something, shape (n,)."""
-        return guarding(now, self.alert) if self.guards else np.ones(len(now.q), dtype=bool)
-
-    def error(self, now: Situation) -> Array:
-        """Return the distance that is left."""
-        point, _ = self._quarry(now)
-        left = np.maximum(np.linalg.norm(point - now.q, axis=1) - self.within, 0.0)
-        return np.where(self.active(now), left, 0.0)
-
-    def _quarry(self, now: Situation) -> tuple[Array, Array]:
-        """Return where each robot believes its quarry to be [m], and how fast it moves [m/s]."""
-        if not self.guards:
-            return now.c, now.c_dot
-        assert now.threats is not None
-        return now.threats.position, now.threats.velocity
-
     def wish_lanes(self: Any, i: int, plan: Plan, state: State, x: Array, wish: Array, at: int) -> Wish:
-        """The same for robots i to i + 7, compiled."""
+        """Return the task sigma = q, which takes all directions: the velocity of the interception."""
         n, p = state.q.shape
         here, way, course = stack_rows(p), stack_rows(p), stack_rows(p)
         load_rows(state.q_measured, i, here)
@@ -168,31 +138,3 @@ def _quarry_rows(
     target_rows(i, plan, state, point)
     target_velocity_rows(i, plan, state, velocity)
     return where(there(state.q.shape[0] - i), 1.0, everywhere(0.0))
-
-
-# The same in plain NumPy.
-
-
-def toward_meeting(way: Array, course: Array, speed: float, closing: Array | float = np.inf) -> Array:
-    """Return the velocities of robots that go straight to where they meet what moves straight.
-
-    Args:
-        way: To where it is now, shape (n, p) [m].
-        course: How fast it moves, likewise [m/s].
-        speed: Of the robots, at most [m/s].
-        closing: Velocity relative to it, at most, as far as they still meet it, shape (n,) [m/s].
-    """
-    recedes, far, fast = (np.sum(a * b, axis=1) for a, b in ((way, course), (way, way), (course, course)))
-    lead = speed**2 - fast
-    slack = recedes**2 + lead * far
-    rise = np.sqrt(np.maximum(slack, 0.0))
-    passes = (lead < 0.0) & ((recedes > 0.0) | (slack < 0.0))
-    with np.errstate(divide="ignore", invalid="ignore"):
-        rate = np.where(recedes > 0.0, lead / (rise + recedes), (rise - recedes) / far)
-        slowest = np.where(lead < 0.0, -lead / (rise - recedes), 0.0)
-        rate = np.minimum(np.maximum(closing / np.sqrt(far), slowest), rate)
-        aside = np.sqrt(np.maximum(far * fast - recedes**2, 0.0) / -lead)
-        later = np.maximum(speed * aside - recedes, 0.0) / fast
-    meeting = course + np.where(far > 0.0, rate, 0.0)[:, None] * way
-    nearest = speed * directions(way + np.where(passes, later, 0.0)[:, None] * course)
-    return np.where(passes[:, None], nearest, meeting)

@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
-from escort_mj.behaviors.task import Situation, Task, tangential
 from escort_mj.behaviors.vertices import Vertices
 from escort_mj.behaviors.wish import Wish
 from escort_mj.native.lanes import row_of, set_row
@@ -33,21 +32,8 @@ class Orbit(Vertices):
     rate: Annotated[float, Field(ge=-100.0, le=100.0)] = 0.2
     """Angular rate, counterclockwise from the first axis to the second [rad/s]."""
 
-    def team_tasks(self, now: Situation) -> tuple[Task, ...]:
-        """Return the task of `vertices` with the rotation added: it is across q - c, as the task is."""
-        x = now.q - now.c
-        turn = np.zeros_like(x)
-        turn[:, 0], turn[:, 1] = -self.rate * x[:, 1], self.rate * x[:, 0]
-        (task,) = super().team_tasks(now)
-        return (Task(task.jacobian, task.rate + tangential(x) @ turn.ravel()),)
-
-    def error(self, now: Situation) -> Array:
-        """Return the way to the vertex along the sphere; the rotation is no error."""
-        (task,) = super().team_tasks(now)
-        return np.asarray(np.linalg.norm(task.rate.reshape(now.q.shape), axis=1) / self.gain)
-
     def wish_lanes(self, i: int, plan: Plan, state: State, x: Array, wish: Array, at: int) -> Wish:
-        """The same for robots i to i + 7, compiled."""
+        """Return the task of `vertices` with the rotation added: it is across q - c, as the task is."""
         found: Wish = toward_vertex(self, i, plan, state, x, wish, at)
         set_row(wish, at, row_of(wish, at) - self.rate * row_of(x, 1))
         set_row(wish, at + 1, row_of(wish, at + 1) + self.rate * row_of(x, 0))

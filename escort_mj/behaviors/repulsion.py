@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 from pydantic import PositiveFloat
 
 from escort_mj.behaviors.behavior import Behavior
-from escort_mj.behaviors.task import Situation, Task, directions, tangential
 from escort_mj.behaviors.wish import Wish, across, look_at_target, square_of
 from escort_mj.components.parameters import UNLIMITED
 from escort_mj.components.teams import radius_of
@@ -50,37 +49,8 @@ class Repulsion(Behavior):
     gain: PositiveFloat = 0.8
     """Gain of the repulsion [1/s]; the speed is at most gain times radius."""
 
-    def team_tasks(self, now: Situation) -> tuple[Task, ...]:
-        """Return the task across the way to the target: down the Coulomb energy of the directions."""
-        x, setup, lost = now.q - now.c, now.setup, now.team.lost
-        mates = np.broadcast_to(now.q, (len(x), *x.shape)) if now.mates is None else now.mates
-        across, u = tangential(x), directions(x)
-        others = mates - now.c[:, None]
-        offset = u[:, None] - directions(others.reshape(-1, x.shape[1])).reshape(others.shape)
-        apart = np.linalg.norm(offset, axis=2)
-        with np.errstate(divide="ignore"):
-            weight = np.where(apart > 1e-12, apart**-3.0, 0.0)
-        weight[(np.linalg.norm(others, axis=2) == 0.0) | lost] = 0.0
-        gaps = (
-            np.linalg.norm(now.q[:, None] - now.q, axis=2) - setup.robot_radius[:, None] - setup.robot_radius
-        )
-        np.fill_diagonal(gaps, 0.0)
-        near = (gaps <= setup.sensing.robots) | (setup.radio is not None)
-        known = near & np.isfinite(mates).all(axis=2) & ~lost
-        push = np.einsum("ij,ijk->ik", np.where(known, weight, 0.0), np.where(known[..., None], offset, 0.0))
-        push = (across @ push.ravel()).reshape(x.shape)
-        push /= np.maximum(known.sum(axis=1, keepdims=True), 1)
-        push[np.linalg.norm(x, axis=1) == 0.0] = 0.0
-        speed = np.linalg.norm(push, axis=1, keepdims=True)
-        wanted = self.gain * now.radius[:, None] * push / np.maximum(speed, 1.0)
-        return (Task(across, across @ wanted.ravel()),)
-
-    def error(self, now: Situation) -> Array:
-        """Return what it wishes for, as a length."""
-        return np.asarray(np.linalg.norm(self.velocity(now), axis=1) / self.gain)
-
     def wish_lanes(self, i: int, plan: Plan, state: State, x: Array, wish: Array, at: int) -> Wish:
-        """The same for robots i to i + 7, compiled."""
+        """Return the task across the way to the target: down the Coulomb energy of the directions."""
         if plan.apart:
             _repel_apart(i, self.gain, plan, state)
         else:

@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 from pydantic import PositiveFloat
 
 from escort_mj.behaviors.behavior import Behavior
-from escort_mj.behaviors.task import Situation, Task, tangential
 from escort_mj.behaviors.wish import Wish, across, look_at_target, square_of
 from escort_mj.knowledge.belief import target_place
 from escort_mj.knowledge.teammates import mate_at, places_of, teammate_place
@@ -39,38 +38,8 @@ class Spacing(Behavior):
     gain: PositiveFloat = 0.8
     """Gain of the distance to the midpoint [1/s]."""
 
-    def team_tasks(self, now: Situation) -> tuple[Task, ...]:
-        """Return the task across the way to the target: half the difference of both angles, as a way."""
-        x = now.q - now.c
-        wanted = np.zeros_like(x)
-        wanted[:, 0], wanted[:, 1] = -x[:, 1], x[:, 0]
-        wanted *= self.gain * self.off_middle(now)[:, None]
-        across = tangential(x)
-        return (Task(across, across @ wanted.ravel()),)
-
-    def off_middle(self, now: Situation) -> Array:
-        """Return the angle from each robot to the middle between its neighbors, shape (n,) [rad]."""
-        setup, q = now.setup, now.q
-        mates = np.broadcast_to(q, (len(q), *q.shape)) if now.mates is None else now.mates
-        gaps = np.linalg.norm(q[:, None] - mates, axis=2) - setup.robot_radius[:, None] - setup.robot_radius
-        known = np.isfinite(gaps) & ~now.team.lost
-        if now.mates is None or setup.radio is None:
-            known &= gaps <= setup.sensing.robots
-        angle = np.arctan2(mates[..., 1] - now.c[:, None, 1], mates[..., 0] - now.c[:, None, 0])
-        found = np.zeros(len(q))
-        for i in range(len(q)):
-            others = np.flatnonzero(known[i] & (np.arange(len(q)) != i))
-            own = math.atan2(q[i, 1] - now.c[i, 1], q[i, 0] - now.c[i, 0])
-            ahead = np.mod(angle[i, others] - own, TURN)
-            found[i] = 0.5 * (ahead.min() + ahead.max() - TURN) if len(others) else 0.0
-        return found
-
-    def error(self, now: Situation) -> Array:
-        """Return the way to the middle along the circle."""
-        return np.asarray(np.linalg.norm(self.velocity(now), axis=1) / self.gain)
-
     def wish_lanes(self, i: int, plan: Plan, state: State, x: Array, wish: Array, at: int) -> Wish:
-        """The same for robots i to i + 7, compiled."""
+        """Return the task across the way to the target: half the difference of both angles, as a way."""
         _find_middles(i, plan, state)
         p = state.q.shape[1]
         look_at_target(i, plan, state, x)

@@ -11,7 +11,6 @@ from pydantic import PositiveFloat
 
 from escort_mj.behaviors.avoid_obstacles import AvoidObstacles
 from escort_mj.behaviors.behavior import Behavior
-from escort_mj.behaviors.task import Situation, Task, half_squared_distance
 from escort_mj.behaviors.wish import Wish, along, keep_distance, look_at_target
 from escort_mj.components.obstacles import obstacles_seen
 from escort_mj.components.teams import radius_of, radius_rows
@@ -112,39 +111,8 @@ class Surface(Behavior):
             body + (setup.target_radius or 0.0) + setup.outer.target_margin(setup),
         )
 
-    def team_tasks(self, now: Situation) -> tuple[Task, ...]:
-        """Return eq. 5: sigma = |q - c|^2 / 2 is to become radius^2 / 2, which may change."""
-        sigma, jacobian = half_squared_distance(now.q, now.c)
-        ahead: Array | float = now.radius
-        if self.changes:
-            ahead = _ahead(*self._radius(now), self.gain)
-        return (Task(jacobian, self.gain * (0.5 * ahead**2 - sigma)),)
-
-    def error(self, now: Situation) -> Array:
-        """Return | |q - c| - radius |."""
-        radius = self._radius(now)[0] if self.changes else now.radius
-        return np.abs(np.linalg.norm(now.q - now.c, axis=1) - radius)
-
-    def _radius(self, now: Situation) -> tuple[float, float]:
-        setup, place = now.setup, self.place(now.setup)
-        wanted, rate = (
-            float(f(now.time)[0]) for f in (setup.radii[place].position, setup.radii[place].velocity)
-        )
-        if not self.fit:
-            return wanted, rate
-        room, opening = math.inf, 0.0
-        for point, size, velocity in zip(
-            setup.obstacles_seen()[-1], setup.obstacle_radius, setup.obstacle_velocities(), strict=True
-        ):
-            way = now.c[0] - point
-            apart = float(np.linalg.norm(way))
-            if apart - size < min(room, wanted + setup.sensing.obstacles):
-                room, opening = apart - size, float(way @ (now.c_dot[0] - velocity)) / max(apart, 1e-300)
-        soft = SOFT * setup.radius
-        return fitted(wanted, rate, room - _margin(setup), opening, soft, self.least_radius(setup))
-
     def wish_lanes(self: Any, i: int, plan: Plan, state: State, x: Array, wish: Array, at: int) -> Wish:
-        """The same for robots i to i + 7, compiled."""
+        """Return eq. 5: sigma = |q - c|^2 / 2 is to become radius^2 / 2, which may change."""
         look_at_target(i, plan, state, x)
         radius = ahead = radius_rows(i, plan, state)
         if self.place >= 0:

@@ -15,7 +15,6 @@ import numpy as np
 from pydantic import PositiveFloat
 
 from escort_mj.behaviors.behavior import Behavior
-from escort_mj.behaviors.task import Situation, Task, directions, tangential
 from escort_mj.behaviors.wish import Wish, across, look_at_target, square_of
 from escort_mj.components.teams import radius_rows
 from escort_mj.knowledge.auction import know_vertices
@@ -85,21 +84,8 @@ class Vertices(Behavior):
         """
         return any(isinstance(each, Vertices) and each.assignment == "auction" for each in behaviors)
 
-    def team_tasks(self, now: Situation) -> tuple[Task, ...]:
-        """Return the task across the way to the target: toward the robot's vertex, R u_i - (q_i - c)."""
-        x = now.q - now.c
-        across = tangential(x)
-        wanted = self.gain * (
-            now.radius[:, None] * np.einsum("iab,ib->ia", now.rotation, now.team.vertices) - x
-        )
-        return (Task(across, across @ wanted.ravel()),)
-
-    def error(self, now: Situation) -> Array:
-        """Return the way to the vertex along the sphere."""
-        return np.asarray(np.linalg.norm(self.velocity(now), axis=1) / self.gain)
-
     def wish_lanes(self, i: int, plan: Plan, state: State, x: Array, wish: Array, at: int) -> Wish:
-        """The same for robots i to i + 7, compiled."""
+        """Return the task across the way to the target: toward the robot's vertex, R u_i - (q_i - c)."""
         p = state.q.shape[1]
         vertices, inward, radius = stack_rows(p), everywhere(0.0), radius_rows(i, plan, state)
         look_at_target(i, plan, state, x)
@@ -245,17 +231,3 @@ def _correlate(q: Array, center: Array, lost: Array, vertices: Array, h: Array) 
     for a in range(p):
         for b in range(p):
             h[a, b] = total(row_of(sums, a * p + b))
-
-
-def turned_rotation(rotation: Array, q: Array, c: Array, vertices: Array, share: float = 1.0) -> Array:
-    """One step of the rotation that fits the even figure to the robots, shape (p, p).
-
-    A skew step to where the correlation of robots and turned vertices is symmetric, then one Newton-Schulz
-    step back to the rotations.
-    """
-    m = directions(q - c).T @ vertices @ rotation.T
-    if np.trace(m) <= 0.0:
-        return rotation
-    scale = max(np.trace(m), np.linalg.norm(m - m.T) / np.sqrt(2.0))
-    rotation = rotation + share * (m - m.T) / scale @ rotation
-    return np.asarray(0.5 * rotation @ (3.0 * np.eye(len(rotation)) - rotation.T @ rotation))

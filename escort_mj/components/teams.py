@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 from escort_mj.native.fields import Array, Fields, Recorded, Value
@@ -40,17 +39,6 @@ class EscortTeam(NamedTuple):
     def all_radii(self) -> list[float]:
         """All distances that it keeps at any time [m]."""
         return [self.radius, *(radius for _, radius in self.radii)]
-
-    def radius_at(self, time: float) -> float:
-        """Return the distance to keep at a time [s] [m]."""
-        return ([self.radius] + [radius for after, radius in self.radii if after <= time])[-1]
-
-
-def targets_at(teams: Sequence[EscortTeam], time: float) -> list[list[int]]:
-    """Return which obstacles the targets of each team are at a time [s], in the order of obstacles."""
-    now = {target: number for number, team in enumerate(teams) for target in team.targets}
-    now |= {target: other for team in teams for after, target, other in team.escorts if after <= time}
-    return [[target for target, other in now.items() if other == number] for number in range(len(teams))]
 
 
 class TeamParameters(Fields):

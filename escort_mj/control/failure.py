@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import numpy as np
@@ -14,7 +13,7 @@ from escort_mj.components.parameters import UNLIMITED, Parameters
 from escort_mj.native.fields import Array, Fields, Value
 from escort_mj.native.kernels import inlined
 from escort_mj.native.on_demand import on_demand
-from escort_mj.numerics.noise import TAG, uniform
+from escort_mj.numerics.noise import uniform
 from escort_mj.numerics.reform import ALTERNATIONS, SAME, reform
 
 if TYPE_CHECKING:
@@ -136,80 +135,6 @@ def command_failing_motors(plan: Plan, state: State) -> None:
                 state.command[i, k] = state.force_before[i, k] if kind == STUCK else 0.0
 
 
-# The same in plain NumPy.
-
-
-@dataclass(frozen=True)
-class KnownRobots:
-    """The robots as the controller knows them.
-
-    Attributes:
-        lost: Robots that have failed, as is known, shape (n,).
-        predecessors: Of chords, shape (cycles, n).
-        chord_length: Of chords [m].
-        vertices: Unit vector of each robot's vertex, shape (n, p).
-    """
-
-    lost: Mask
-    predecessors: NDArray[np.int64]
-    chord_length: float
-    vertices: Array
-
-    @classmethod
-    def whole(cls, setup: Setup) -> KnownRobots:
-        """Everybody, as the mission starts."""
-        arrangement, n = setup.arrangement, setup.count
-        return cls(
-            np.zeros(n, dtype=bool),
-            arrangement.predecessors if arrangement else np.zeros((0, n), dtype=np.int64),
-            arrangement.length if arrangement else 0.0,
-            setup.figure.vertices if setup.figure else np.zeros((n, setup.axes)),
-        )
-
-    @property
-    def left(self) -> int:
-        """How many robots are left."""
-        return int((~self.lost).sum())
-
-    def at(self, t: float, q: Array, c: Array, rotation: Array, setup: Setup) -> tuple[KnownRobots, Array]:
-        """The team at a time, and the rotation of its figure; it re-forms when a failure becomes known.
-
-        Args:
-            t: Time [s].
-            q: Measured positions, shape (n, p) [m].
-            c: Position of the target, shape (p,) [m].
-            rotation: Of the figure so far, shape (p, p).
-            setup: Gives the failures and the smaller figures.
-        """
-        lost = self.lost.copy()
-        for failure in setup.failures:
-            lost[failure.robot - 1] |= t + 0.5 * setup.timestep >= failure.at + failure.notice
-        if (lost == self.lost).all():
-            return self, rotation
-        left = int((~lost).sum())
-        predecessors, vertices = self.predecessors, self.vertices
-        if setup.arrangement is not None and setup.axes == 2:
-            (ring,) = setup.arrangement.predecessors
-            order = [0]
-            while ring[order[-1]] != 0:
-                order.append(int(ring[order[-1]]))
-            kept = [robot for robot in order if not lost[robot]]
-            closed = ring.copy()
-            closed[kept] = np.roll(kept, -1)
-            predecessors = closed[None]
-        if setup.reforming is not None and not setup.teams:
-            offset = q[~lost] - c
-            directions = offset / np.linalg.norm(offset, axis=1, keepdims=True)
-            points = setup.reforming.figures[len(lost) - left - 1]
-            vertices = np.zeros_like(vertices)
-            vertices[~lost] = placed(points, directions, np.concatenate([[rotation], setup.reforming.turns]))
-            rotation = np.eye(len(rotation))
-        length = 2.0 * setup.radius * float(np.sin(np.pi / left))
-        return replace(
-            self, lost=lost, predecessors=predecessors, vertices=vertices, chord_length=length
-        ), rotation
-
-
 def placed(points: Array, directions: Array, turns: Array) -> Array:
     """Points turned and dealt so that each direction has one near, shape (k, p): assignment, then Kabsch.
 
@@ -236,39 +161,3 @@ def placed(points: Array, directions: Array, turns: Array) -> Array:
         if alignment > highest + SAME:
             best, highest = turned[taken], alignment
     return best
-
-
-def motors(t: float, tau: Array, applied_before: Array, setup: Setup) -> Array:
-    """Return the command of the motors: tau, and where they have failed what is left of it, shape (n, p) [N].
-
-    Args:
-        t: Time [s].
-        tau: The law's demand, shape (n, p) [N].
-        applied_before: What they gave in the step before, shape (n, p) [N].
-        setup: Gives the failures.
-    """
-    command = tau.copy()
-    for failure in setup.failures:
-        robot = failure.robot - 1
-        since = t + 0.5 * setup.timestep - failure.at
-        if since < 0.0:
-            continue
-        if failure.kind == "dead":
-            command[robot] = 0.0
-        elif failure.kind == "stuck":
-            command[robot] = applied_before[robot]
-        else:
-            most = setup.force_limit[robot] if failure.force is None else failure.force
-            command[robot] = most * throw(setup.seed, robot, int(since / HOLD), setup.axes)
-    return command
-
-
-def throw(seed: int, robot: int, draw: int, axes: int) -> Array:
-    """Numbers uniform in (-1, 1) from the robot's stream, from block 2^32 on, shape (axes,)."""
-    generator = np.random.Philox(
-        key=np.array([seed, TAG], dtype=np.uint64),
-        counter=np.array([2**32 - 1, 0, robot, draw], dtype=np.uint64),  # it counts before it gives
-    )
-    words = generator.random_raw(4 * (axes // 8 + 1))
-    halves = np.stack([words & np.uint64(2**32 - 1), words >> np.uint64(32)], axis=1).ravel()
-    return np.asarray((halves.astype(np.float64) + 0.5) * 2.0**-31 - 1.0)[:axes]

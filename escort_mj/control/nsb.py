@@ -11,7 +11,6 @@ projected by everything of higher priority, so that the speed limit can be spent
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -20,7 +19,6 @@ from numpy.typing import NDArray
 
 from escort_mj.behaviors import BEHAVIORS, AvoidObstacles, Behavior
 from escort_mj.behaviors.avoid_obstacles import sidestep
-from escort_mj.behaviors.task import Situation
 from escort_mj.behaviors.wish import MAX_DIRECTIONS, MAX_LEVELS, Wish
 from escort_mj.components.component import number_of, reader
 from escort_mj.components.dispatch import one_of
@@ -299,67 +297,3 @@ def _add_within_limit(total: Array, parts: Array, at: int, max_speed: float) -> 
             alpha = where(beyond, least(within, 1.0), alpha)
     for k in range(p):
         set_row(total, k, row_of(total, k) + alpha * row_of(parts, at + k))
-
-
-# The same in plain NumPy.
-
-
-def outer_loop(behaviors: tuple[Behavior, ...], now: Situation) -> tuple[Array, Mask]:
-    """Composes the behaviors from the lowest priority to the highest (eq. 2); v_d and who avoids.
-
-    Avoidance and goals work in the world's frame: w -> v1 + N1 w. Escort behaviors work in the target's,
-    where the behaviors below move at w - c_dot: w -> c_dot + sum_c [v2_c + N2_c (w - c_dot)].
-
-    Args:
-        behaviors: By priority, the most important first.
-        now: The situation.
-
-    Returns:
-        v_d, shape (n, p) [m/s], and who avoids, shape (n,).
-    """
-    q = now.q
-    c_dot = now.c_dot.ravel() * now.setup.target_feedforward
-    carried = c_dot  # what the projections leave of c_dot
-    parts: list[Array] = []
-    place = 0  # of c_dot among the parts: right before the highest escort behavior
-    avoiding = np.zeros(len(q), dtype=bool)
-    for behavior in reversed(behaviors):
-        velocity, projector = behavior.resolved(now)
-        if behavior.frame == "world":
-            velocity = velocity + behavior.beside(now, _spent(parts, carried, place, now)).ravel()
-            carried, place = projector @ carried, place + 1
-            if behavior.avoids:
-                avoiding = avoiding | behavior.active(now)
-        else:
-            carried, place = c_dot + projector @ (carried - c_dot), 0
-        parts = [velocity, *(projector @ part for part in parts)]
-    return _spent(parts, carried, place, now), avoiding
-
-
-def _spent(parts: list[Array], carried: Array, place: int, now: Situation) -> Array:
-    """Return what the speed limit leaves of parts and of the feed-forward, which has its place among them."""
-    together = [*parts[:place], carried, *parts[place:]]
-    if not np.isfinite(now.setup.max_speed):
-        return np.sum(together, axis=0).reshape(now.q.shape)
-    by_robot = np.array(together).reshape(len(together), *now.q.shape).swapaxes(0, 1)
-    return np.array([spend(robot, now.setup.max_speed) for robot in by_robot])
-
-
-def spend(contributions: Array, max_speed: float) -> Array:
-    """Adds one robot's contributions by priority, each as far as the speed limit leaves room for it.
-
-    Args:
-        contributions: Velocities, the most important first, shape (k, p) [m/s].
-        max_speed: Largest speed [m/s].
-    """
-    total: Array = np.zeros(contributions.shape[1])
-    for part in contributions:
-        square, along = float(part @ part), float(total @ part)
-        room = max_speed**2 - float(total @ total)
-        room *= room > 1e-12 * max_speed**2  # the root below would make 1e-8 of what is only rounding
-        if square + 2.0 * along <= room:
-            total = total + part
-        else:  # cut where |total + alpha part| = max_speed
-            root = math.sqrt(along**2 + square * room)
-            total = total + (room / (root + along) if along > 0.0 else (root - along) / square) * part
-    return total

@@ -140,15 +140,12 @@ class Setup:
         shaped: Whether some obstacle is no sphere: robots then see the nearest points.
         expected_distances: Distances to obstacles that expectations put bounds on [m].
         shapes: Obstacles as lines meet them; empty where none has to, or all are spheres.
-        obstacle_points: For the twin: what each robot, and last the target, sees of each obstacle at the
-            moment, shape (n + 1, m, p) [m]; None where all see `obstacle_position`.
         outside: What is written from outside, between steps, instead of computed: the reference velocities of
             the outer loop, or the forces of both loops; None for nothing.
         opponents_outside: Whether the velocities that opponents want are written from outside, too.
         driven: Whether some robot has a drive of its own.
         mass: Nominal masses, shape (n,) [kg].
         target_radius: [m]; None without a target.
-        obstacle_velocity: For the twin: of the centers, shape (m, p) [m/s]; None where all rest.
         extents: Half the upright boxes around the centers of obstacles, 0 for spheres, shape (m, p) [m]; None
             where all are spheres.
         sight: Who sees the target, and how; None where all robots know what the team's sensors show.
@@ -188,13 +185,11 @@ class Setup:
     shaped: bool = False
     shapes: tuple[Shape, ...] = ()
     expected_distances: tuple[float, ...] = ()
-    obstacle_points: Array | None = None
     outside: Literal["velocity", "force"] | None = None
     opponents_outside: bool = False
     driven: bool = False
     mass: Array | float = 1.0
     target_radius: float | None = None
-    obstacle_velocity: Array | None = None
     extents: Array | None = None
     sight: Sight | None = None
     radio: Radio | None = None
@@ -329,18 +324,6 @@ class Setup:
     def obstacle_extent(self) -> Array:
         """Half the upright boxes around the centers of obstacles, 0 for spheres, shape (m, p) [m]."""
         return np.zeros_like(self.obstacle_position) if self.extents is None else self.extents
-
-    def obstacles_seen(self) -> Array:
-        """What each robot, and last the target, sees of each obstacle, shape (n + 1, m, p) [m]."""
-        if self.obstacle_points is not None:
-            return self.obstacle_points
-        return np.broadcast_to(self.obstacle_position, (self.count + 1, *self.obstacle_position.shape))
-
-    def obstacle_velocities(self) -> Array:
-        """Velocities of the obstacles' centers, shape (m, p) [m/s]; 0 with a lidar, which measures none."""
-        if self.obstacle_velocity is not None and self.sensing.lidar is None:
-            return self.obstacle_velocity
-        return np.zeros_like(self.obstacle_position)
 
     def teammate_distance(self, avoid: AvoidObstacles) -> float:
         """Safe distance between teammates [m]; 0 where teammates do not count as obstacles."""

@@ -7,7 +7,6 @@ from pydantic import Field
 from escort_mj.estimators.covariance_intersection import CovarianceIntersection, mix
 from escort_mj.estimators.estimator import EstimatorView
 from escort_mj.estimators.kalman import hear, see
-from escort_mj.knowledge.belief import Belief
 
 
 class Consensus(CovarianceIntersection):
@@ -21,10 +20,6 @@ class Consensus(CovarianceIntersection):
     estimator: Literal["consensus"] = "consensus"  # type: ignore[assignment]
     share: Annotated[float, Field(gt=0.0, lt=1.0)] = 0.3
     """Weight of the sender's belief [1]."""
-
-    def weight(self, own: Belief, other: Belief, axes: int) -> float:
-        """Return the weight of a robot's own belief."""
-        return 1.0 - self.share
 
     def update_kernel(self: Any, view: EstimatorView, robot: int) -> None:
         """Correct the belief by what is measured, or move it toward that of a message, compiled."""

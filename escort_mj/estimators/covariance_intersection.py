@@ -1,13 +1,10 @@
 """A Kalman filter on each robot, and what teammates believe mixed in by covariance intersection."""
 
-from dataclasses import replace
 from typing import Any, Literal
-
-import numpy as np
 
 from escort_mj.estimators.estimator import EstimatorView
 from escort_mj.estimators.kalman import Kalman, hear, see
-from escort_mj.knowledge.belief import Belief, trace
+from escort_mj.knowledge.belief import trace
 from escort_mj.native.fields import Array
 from escort_mj.native.kernels import inlined
 
@@ -21,18 +18,6 @@ class CovarianceIntersection(Kalman):
     """
 
     estimator: Literal["covariance_intersection"] = "covariance_intersection"  # type: ignore[assignment]
-
-    def mixture(self, own: Belief, other: Belief, axes: int) -> Belief:
-        """Return the mixture of both beliefs."""
-        weight = self.weight(own, other, axes)
-        first, second = np.linalg.inv(own.covariance), np.linalg.inv(other.covariance)
-        covariance = np.linalg.inv(weight * first + (1.0 - weight) * second)
-        x = covariance @ (weight * first @ own.x + (1.0 - weight) * second @ other.x)
-        return replace(own, x=x, covariance=covariance)
-
-    def weight(self, own: Belief, other: Belief, axes: int) -> float:
-        """Return the weight of a robot's own belief."""
-        return other.spread(axes) / (own.spread(axes) + other.spread(axes))
 
     def update_kernel(self: Any, view: EstimatorView, robot: int) -> None:
         """Correct the belief by what is measured, or mix it with a message, compiled."""

@@ -2,8 +2,6 @@
 
 from typing import Any, ClassVar, Literal
 
-import numpy as np
-
 from escort_mj.estimators.estimator import Estimator, EstimatorView
 
 
@@ -15,19 +13,8 @@ class Hold(Estimator):
     has_covariance: ClassVar[bool] = False
     estimator: Literal["hold"] = "hold"
 
-    def update(self, view: EstimatorView, robot: int) -> None:
-        """Take over what is measured, or heard and newer."""
-        heard = int(view.message[0])
-        if heard < 0:
-            view.belief[robot] = np.concatenate([view.seen_position[robot], view.seen_velocity[robot]])
-            view.belief_time[robot] = view.belief_fix[robot] = view.time[0]
-        elif view.sent_fix[heard] > view.belief_fix[robot]:
-            view.belief[robot] = view.sent_belief[heard]
-            view.belief_time[robot] = view.sent_belief_time[heard]
-            view.belief_fix[robot] = view.sent_fix[heard]
-
     def update_kernel(self: Any, view: EstimatorView, robot: int) -> None:
-        """Write the same, compiled."""
+        """Take over what is measured, or heard and newer."""
         heard, p = int(view.message[0]), view.q_measured.shape[1]
         if heard < 0:
             for k in range(p):

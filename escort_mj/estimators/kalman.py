@@ -1,14 +1,12 @@
 """A Kalman filter of the target on each robot, extended for ranges and bearings."""
 
 import math
-from dataclasses import replace
 from typing import Any, Literal
 
-import numpy as np
 from pydantic import PositiveFloat
 
 from escort_mj.estimators.estimator import Estimator, EstimatorView
-from escort_mj.knowledge.belief import LEAST_VARIANCE, Belief, carry, trace
+from escort_mj.knowledge.belief import LEAST_VARIANCE, carry, trace
 from escort_mj.knowledge.sight import BEARING, POSITION, RANGE, VELOCITY
 from escort_mj.native.fields import Array
 from escort_mj.native.kernels import DOUBLE, inlined, merged, stack_memory, vector_at
@@ -38,28 +36,6 @@ class Kalman(Estimator):
     def density(self) -> float:
         """Spectral density of the noise that changes the last of them."""
         return self.noise**2
-
-    def update(self, view: EstimatorView, robot: int) -> None:
-        """Correct the belief by one measured number after the other, or mix in what is heard."""
-        time, p = float(view.time[0]), view.q_measured.shape[1]
-        now = believed(view, robot).at(time, p, self.density)
-        if view.message[0] < 0:
-            x, covariance = now.x, now.covariance
-            for h, y, r in zip(*linearized(now.x, view, robot), strict=True):
-                column = covariance @ h
-                variance = r + h @ column
-                x = x + column * (y - h @ (x - now.x)) / variance
-                covariance = covariance - np.outer(column, column) / variance
-            found = Belief(x, covariance, time, time)
-        else:
-            said = heard(view)
-            found = self.mixture(now, said.at(time, p, self.density), p)
-            found = replace(found, fix=max(now.fix, said.fix))
-        believe(found, view, robot)
-
-    def mixture(self, own: Belief, other: Belief, axes: int) -> Belief:
-        """Return the surer of a robot's own belief and that of another one, both of now."""
-        return other if other.spread(axes) < own.spread(axes) else own
 
     def update_kernel(self: Any, view: EstimatorView, robot: int) -> None:
         """Correct the belief by one measured number after the other, or take over what is surer, compiled."""
@@ -179,63 +155,3 @@ def _correct_one(
         x[a] += gain[a] * off / variance
         for b in range(size):
             covariance[a * size + b] -= gain[a] * gain[b] / variance
-
-
-# The same in plain NumPy.
-
-
-def believed(view: EstimatorView, robot: int) -> Belief:
-    """Return what a robot believes."""
-    return _belief(view.belief, view.belief_covariance, view.belief_time, view.belief_fix, robot)
-
-
-def heard(view: EstimatorView) -> Belief:
-    """Return what the sender of the message that is heard believed."""
-    row = int(view.message[0])
-    return _belief(view.sent_belief, view.sent_covariance, view.sent_belief_time, view.sent_fix, row)
-
-
-def _belief(x: Array, covariance: Array, time: Array, fix: Array, row: int) -> Belief:
-    """Return the belief in one row."""
-    size = x.shape[1]
-    return Belief(
-        x[row].copy(), covariance[row].reshape(size, size).copy(), float(time[row]), float(fix[row])
-    )
-
-
-def believe(belief: Belief, view: EstimatorView, robot: int) -> None:
-    """Write what a robot believes."""
-    view.belief[robot], view.belief_covariance[robot] = belief.x, belief.covariance.ravel()
-    view.belief_time[robot], view.belief_fix[robot] = belief.time, belief.fix
-
-
-def linearized(x: Array, view: EstimatorView, robot: int) -> tuple[Array, Array, Array]:
-    """Return the measurements as linear functions of the state near x.
-
-    Args:
-        x: Position, velocity and, where they are estimated, accelerations, shape (size,).
-        view: What was measured.
-        robot: By whom.
-
-    Returns:
-        H, shape (k, size), what was measured less what was expected, shape (k,), and variances, shape (k,).
-    """
-    p = view.q_measured.shape[1]
-    way = x[:p] - view.q_measured[robot]
-    distance = max(float(np.linalg.norm(way)), math.sqrt(LEAST_VARIANCE))
-    unit, none = way / distance, np.zeros((p, len(x) - p))
-    moving = np.eye(p, len(x), k=p)
-    across = np.eye(p) - np.outer(unit, unit)
-    parts = {
-        POSITION: (np.hstack([np.eye(p), none]), view.seen_position[robot] - x[:p]),
-        RANGE: (np.hstack([unit, none[0]])[None], np.array([view.seen_range[robot] - distance])),
-        BEARING: (np.hstack([across / distance, none]), across @ view.seen_bearing[robot]),
-        VELOCITY: (moving, view.seen_velocity[robot] - moving @ x),
-    }
-    errors = list(view.sight_variance)
-    errors[BEARING] += view.way_variance / distance**2
-    used = [
-        (h, y, max(errors[k], LEAST_VARIANCE)) for k, (h, y) in parts.items() if view.sight_variance[k] >= 0.0
-    ]
-    rows = [np.full(len(y), r) for _, y, r in used]
-    return np.vstack([h for h, _, _ in used]), np.concatenate([y for _, y, _ in used]), np.concatenate(rows)

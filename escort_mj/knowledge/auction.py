@@ -11,9 +11,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Annotated, Any
 
-import numpy as np
-from numpy.typing import NDArray
-
 from escort_mj.native.fields import Array, Fields, Value
 from escort_mj.native.kernels import inlined
 
@@ -118,58 +115,3 @@ def know_vertices(robot: int, plan: Plan, state: State) -> None:
             state.mate_unknown[j] = 1.0
         for k in range(p):
             state.mate_vertex[j, k] = plan.vertices[found, k] if found >= 0 else 0.0
-
-
-# The same in plain NumPy.
-
-
-class Auction:
-    """What each robot knows of the bids.
-
-    Attributes:
-        bid: Highest for each vertex, by robot, shape (n, n).
-        bidder: Whose it is, from 1, 0 for nobody, likewise.
-        won: Vertex that each robot takes, from 0, -1 for none, shape (n,).
-    """
-
-    def __init__(self, ways: Array, vertices: Array) -> None:
-        """Let each robot bid.
-
-        Args:
-            ways: From where each robot believes the target to where it measures itself, shape (n, p) [m].
-            vertices: Unit vectors, shape (n, p).
-        """
-        self._vertices = vertices
-        size = np.maximum(np.linalg.norm(ways, axis=1, keepdims=True), NEAR)
-        self.worth = ABOVE_ALL + ways / size @ vertices.T
-        self.bid, self.bidder = np.zeros_like(self.worth), np.zeros(self.worth.shape, dtype=np.int64)
-        self.won = np.full(len(ways), -1)
-        for i in range(len(ways)):
-            self._choose(i)
-
-    def hear(self, i: int, bid: Array, bidder: NDArray[np.int64]) -> None:
-        """Take over higher bids, and bid for another vertex where robot i has been outbid."""
-        lower = (bidder > 0) & (bidder < self.bidder[i])
-        higher = (bid > self.bid[i]) | ((bid == self.bid[i]) & lower)
-        self.bid[i][higher], self.bidder[i][higher] = bid[higher], bidder[higher]
-        if self.won[i] < 0 or self.bidder[i, self.won[i]] != i + 1:
-            self._choose(i)
-
-    def _choose(self, i: int) -> None:
-        worth = self.worth[i]
-        free = (worth > self.bid[i]) | ((worth == self.bid[i]) & (i + 1 < self.bidder[i]))
-        self.won[i] = int(np.where(free, worth, 0.0).argmax()) if free.any() else -1
-        if free.any():
-            self.bid[i, self.won[i]], self.bidder[i, self.won[i]] = worth[self.won[i]], i + 1
-
-    def taken(self) -> Array:
-        """Return the unit vector of each robot's vertex, 0 for none, shape (n, p)."""
-        return np.where(self.won[:, None] >= 0, self._vertices[self.won], 0.0)
-
-    def known(self, i: int) -> Array:
-        """Return which vertices robot i believes others to take, NaN where it does not know, shape (n, p)."""
-        found = np.full(self._vertices.shape, np.nan)
-        for vertex, bidder in zip(self._vertices, self.bidder[i], strict=True):
-            if bidder > 0:
-                found[bidder - 1] = vertex
-        return found

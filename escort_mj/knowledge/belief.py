@@ -7,11 +7,7 @@ Applications to Tracking and Navigation, 2001, sections 6.2.2 and 6.2.3).
 
 from __future__ import annotations
 
-import math
-from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Annotated, Any
-
-import numpy as np
 
 from escort_mj.components.teams import of_teams
 from escort_mj.native.fields import Array, Fields, Value
@@ -157,46 +153,3 @@ def trace(covariance: Array, p: int, size: int) -> float:
     for k in range(p):
         total += covariance[k * size + k]
     return total
-
-
-# The same in plain NumPy.
-
-
-@dataclass(frozen=True)
-class Belief:
-    """What one robot believes of the target.
-
-    Attributes:
-        x: Position, velocity and, where they are estimated, accelerations, shape (size,).
-        covariance: Of these, shape (size, size).
-        time: At which they hold [s].
-        fix: Time of the newest measurement in it [s].
-    """
-
-    x: Array
-    covariance: Array
-    time: float
-    fix: float
-
-    def at(self, time: float, axes: int, density: float) -> Belief:
-        """Return the belief at a later time, F x and F P F^T + Q.
-
-        Args:
-            time: [s].
-            axes: p.
-            density: Of the power spectrum of the noise that changes the last derivative.
-        """
-        orders, elapsed = len(self.x) // axes, time - self.time
-        powers = [elapsed**k / math.factorial(k) for k in range(orders)]
-        motion = np.sum([power * np.eye(orders, k=k) for k, power in enumerate(powers)], axis=0)
-        way = np.arange(orders)[::-1]
-        scale = np.array([math.factorial(k) for k in way])
-        total = way[:, None] + way + 1
-        noise = density * elapsed**total / total / np.outer(scale, scale)
-        step = np.kron(motion, np.eye(axes))
-        covariance = step @ self.covariance @ step.T + np.kron(noise, np.eye(axes))
-        return replace(self, x=step @ self.x, covariance=covariance, time=time)
-
-    def spread(self, axes: int) -> float:
-        """Return the sum of the variances of the position [m^2]."""
-        return float(np.trace(self.covariance[:axes, :axes]))

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from escort_mj.components.rays import hidden, is_between
+from escort_mj.components.rays import is_between
 from escort_mj.native.fields import Array, Fields, Value
 from escort_mj.native.kernels import inlined, stack_memory, vector_at
-from escort_mj.numerics.gaussian import RADIO, fractions, uniforms
+from escort_mj.numerics.gaussian import RADIO, fractions
 
 if TYPE_CHECKING:
     from escort_mj.control.setup import Setup
@@ -220,54 +220,3 @@ def late_by(sender: int, number: int, plan: Plan) -> int:
         return 0
     late, _, _, _ = fractions(plan.seed, 1 + plan.robot_radius.shape[0], RADIO, sender, number)
     return int(math.floor(late * (plan.radio_jitter + 1.0)))
-
-
-# The same in plain NumPy.
-
-
-def distances(q: Array, setup: Setup) -> Array:
-    """Return the distances of all robots as the range of the radio is measured, shape (n, n) [m]."""
-    gaps = np.linalg.norm(q[:, None] - q, axis=2)
-    if setup.radio is not None and setup.radio.surface:
-        gaps = gaps - setup.robot_radius[:, None] - setup.robot_radius
-    return np.asarray(gaps)
-
-
-def passes(t: float, q: Array, gaps: Array, setup: Setup) -> NDArray[np.bool_]:
-    """Return who may hear whom at a time, from true positions and distances, shape (n, n)."""
-    assert setup.radio is not None
-    found = gaps <= setup.radio.reach
-    for silence in setup.radio.silences:
-        if silence.after <= t + 0.5 * setup.timestep < silence.before:
-            part = np.array(silence.part)
-            found &= part[:, None] == part
-    if setup.radio.blocked:
-        for i, j in np.argwhere(found):
-            found[i, j] = not hidden(q[i], q[j] - q[i], setup)
-    return found
-
-
-def fate(sender: int, receiver: int, number: int, bad: bool, setup: Setup) -> tuple[bool, int]:
-    """Return whether a message is lost, and how many steps it takes.
-
-    Args:
-        sender: From 0.
-        receiver: From 0.
-        number: Of the message, from 0.
-        bad: Whether the link has lost the message before.
-        setup: Gives the radio.
-    """
-    radio = setup.radio
-    assert radio is not None
-    chance, late = uniforms(2, setup.seed, RADIO, sender, number, 1 + receiver)
-    least, most = radio.delay
-    lost = chance >= radio.recover if bad else chance < radio.fail
-    return bool(lost), int(least + np.floor(late * (most - least + 1.0)))
-
-
-def lateness(sender: int, number: int, setup: Setup) -> int:
-    """Return by how many steps a message is sent late."""
-    radio = setup.radio
-    assert radio is not None
-    late = uniforms(1, setup.seed, RADIO, sender, number, 1 + setup.count)[0]
-    return int(np.floor(late * (radio.jitter + 1.0)))

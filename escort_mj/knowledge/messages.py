@@ -6,33 +6,14 @@ which it was sent; what arrives late counts as what it is.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Annotated
 
-import numpy as np
-from numpy.typing import NDArray
-
 from escort_mj.knowledge.auction import tell_bids
-from escort_mj.knowledge.belief import Belief
-from escort_mj.knowledge.links import (
-    NOBODY,
-    distances,
-    fate,
-    is_lost,
-    late_by,
-    lateness,
-    may_pass,
-    passes,
-    slot_for,
-    take_slot,
-    way_of,
-)
+from escort_mj.knowledge.links import is_lost, late_by, may_pass, slot_for, take_slot, way_of
 from escort_mj.native.fields import Array, Fields, Value
 from escort_mj.native.kernels import inlined
 
 if TYPE_CHECKING:
-    from escort_mj.control.setup import Setup
     from escort_mj.memory.layout import Plan, State
 
 NEVER = 1e300
@@ -138,131 +119,3 @@ def _spread(j: int, number: int, step: int, plan: Plan, state: State) -> None:
         else:
             state.link_arrival[i * slots + s, number % depth] = step + taken
             state.radio_next[1] = min(state.radio_next[1], step + taken)
-
-
-# The same in plain NumPy.
-
-
-@dataclass
-class Message:
-    """One message.
-
-    Attributes:
-        sender: From 0.
-        step: Physics step in which it was sent.
-        position: Of the sender, as it measured it, shape (p,) [m].
-        velocity: Likewise [m/s].
-        belief: What the sender believes of the target.
-        rotation: How it has turned its figure, shape (p, p).
-        team: Of the sender, from 0, of whose targets it tells.
-        bids: The highest bids for vertices that it knows of, and whose they are, shape (n,) each.
-    """
-
-    sender: int
-    step: int
-    position: Array
-    velocity: Array
-    belief: Belief
-    rotation: Array
-    team: int = 0
-    bids: tuple[Array, NDArray[np.int64]] | None = None
-
-
-@dataclass
-class Link:
-    """What one robot hears of another.
-
-    Attributes:
-        sender: The other one, from 0; -1 for nobody yet.
-        bad: Whether the last message was lost.
-        newest: The newest message that arrived; None for none.
-        coming: Messages on their way, with the steps at which they arrive.
-    """
-
-    sender: int
-    bad: bool = False
-    newest: Message | None = None
-    coming: list[tuple[int, Message]] = field(default_factory=list)
-
-
-class Mail:
-    """All messages of a team."""
-
-    def __init__(self, setup: Setup) -> None:
-        assert setup.radio is not None
-        self.setup, self._radio, n = setup, setup.radio, setup.count
-        self.links = [[Link(int(sender)) for sender in row] for row in setup.radio.senders]
-        self._next = [lateness(j, 0, setup) for j in range(n)]
-        self.sent, self.heard, self.lost = np.zeros(n), np.zeros(n), np.zeros(n)
-
-    def send(self, t: float, q: Array, write: Callable[[int, int], Message], gone: NDArray[np.bool_]) -> None:
-        """Send what is due.
-
-        Args:
-            t: Time [s].
-            q: True positions, shape (n, p) [m].
-            write: Makes the message of a robot at a step.
-            gone: Robots that have failed, shape (n,).
-        """
-        setup, radio, step = self.setup, self._radio, round(t / self.setup.timestep)
-        gaps = distances(q, setup)
-        reached = passes(t, q, gaps, setup)
-        for j in range(setup.count):
-            if self._next[j] > step or gone[j]:
-                continue
-            number, message = int(self.sent[j]), write(j, step)
-            self.sent[j] += 1
-            self._next[j] = (number + 1) * radio.every + lateness(j, number + 1, setup)
-            for i in range(setup.count):
-                if i == j or gone[i] or not reached[i, j]:
-                    continue
-                link = self._link(i, j, gaps[i], t)
-                if link is None:
-                    continue
-                link.bad, taken = fate(j, i, number, link.bad, setup)
-                if link.bad:
-                    self.lost[i] += 1
-                else:
-                    link.coming.append((step + taken, message))
-
-    def _link(self, i: int, j: int, gaps: Array, t: float) -> Link | None:
-        """Return the link on which robot i hears robot j; None where it does not."""
-        links, dt = self.links[i], self.setup.timestep
-        known = [link for link in links if link.sender == j]
-        if known or self._radio.listed:
-            return known[0] if known else None
-        for place, link in enumerate(links):
-            stamp = link.newest.step if link.newest else int(NOBODY)
-            stale = round(t / dt) - stamp > self._radio.timeout / dt and not link.coming
-            if link.sender < 0 or stale:
-                links[place] = Link(j)
-                return links[place]
-        place = int(np.argmax([gaps[link.sender] for link in links]))
-        if gaps[links[place].sender] <= gaps[j]:
-            return None
-        links[place] = Link(j)
-        return links[place]
-
-    def deliver(self, i: int, t: float) -> list[Message]:
-        """Return the messages that reach robot i now: slot by slot, the oldest first."""
-        step, found = round(t / self.setup.timestep), []
-        for link in self.links[i]:
-            due = [message for arrival, message in link.coming if arrival <= step]
-            link.coming = [each for each in link.coming if each[0] > step]
-            for message in sorted(due, key=lambda message: message.step):
-                self.heard[i] += 1
-                if link.newest is None or message.step > link.newest.step:
-                    link.newest = message
-                    found.append(message)
-        return found
-
-    def known(self, i: int, t: float) -> list[tuple[int, float, Message]]:
-        """Return who counts as heard by robot i, the age of its newest message [s], and this message."""
-        found = []
-        for link in self.links[i]:
-            if link.newest is not None:
-                dt = self.setup.timestep
-                age = (round(t / dt) - link.newest.step) * dt
-                if age <= self._radio.timeout:
-                    found.append((link.sender, age, link.newest))
-        return found

@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, ClassVar, Literal
 
 from pydantic import NonNegativeFloat
 
-from escort_mj.components.views import LawView
 from escort_mj.laws.sliding import SlidingModeLaw, switching
 from escort_mj.native.lanes import Lanes, load
 
@@ -31,14 +30,8 @@ class ApdSmc(SlidingModeLaw):
     initial_estimate: float = 0.1
     """Initial estimate of the reference torque, on every axis [N] (paper: rho_hat_0)."""
 
-    def force(self, robots: LawView) -> None:
-        """Write eq. 9, tau = rho_hat + k_p e + k_d e_dot + k sgn(s), and eq. 10, d rho_hat/dt = mu s."""
-        pd = self.proportional_gain * robots.e + self.derivative_gain * robots.e_dot
-        robots.tau[:] = robots.rho_hat + pd + self.switching_gain * self.switching(robots.s)
-        robots.rho_hat_rate[:] = self.adaptation_rate * robots.s
-
     def force_lanes(self, at: int, plan: Plan, state: State) -> tuple[Lanes, Lanes]:
-        """The same of eight axes, compiled."""
+        """Return eq. 9, tau = rho_hat + k_p e + k_d e_dot + k sgn(s), and eq. 10, d rho_hat/dt = mu s."""
         s = load(state.s, at)
         tau = load(state.rho_hat, at) + self.proportional_gain * load(state.e, at)
         tau = tau + self.derivative_gain * load(state.e_dot, at)

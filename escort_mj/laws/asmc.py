@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, ClassVar, Literal
 
 from pydantic import NonNegativeFloat
 
-from escort_mj.components.views import LawView
 from escort_mj.laws.sliding import SlidingModeLaw, switching
 from escort_mj.native.lanes import Lanes, load
 
@@ -29,12 +28,7 @@ class Asmc(SlidingModeLaw):
     initial_estimate: float = 0.1
     """Initial estimate of the reference torque, on every axis [N] (paper: rho_hat_0)."""
 
-    def force(self, robots: LawView) -> None:
-        """Write tau = rho_hat + k_a sgn(s), d rho_hat/dt = mu s: eq. 9 without its PD part."""
-        robots.tau[:] = robots.rho_hat + self.switching_gain * self.switching(robots.s)
-        robots.rho_hat_rate[:] = self.adaptation_rate * robots.s
-
     def force_lanes(self, at: int, plan: Plan, state: State) -> tuple[Lanes, Lanes]:
-        """The same of eight axes, compiled."""
+        """Return tau = rho_hat + k_a sgn(s), d rho_hat/dt = mu s: eq. 9 without its PD part."""
         s = load(state.s, at)
         return load(state.rho_hat, at) + self.switching_gain * switching(self, s), self.adaptation_rate * s

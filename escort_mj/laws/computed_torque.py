@@ -4,10 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, ClassVar, Literal
 
-import numpy as np
 from pydantic import NonNegativeFloat
 
-from escort_mj.components.views import LawView
 from escort_mj.laws.law import Law
 from escort_mj.native.lanes import Lanes, everywhere, lane_numbers, least, load, pick
 from escort_mj.numerics.elementary import whole
@@ -40,15 +38,8 @@ class ComputedTorque(Law):
     acceleration_filter: NonNegativeFloat = 0.1
     """Time constant of the filter for the differentiated reference velocity [s]; 0: no filter."""
 
-    def force(self, robots: LawView) -> None:
-        """Write tau = M (a_d + k_v e_dot + k_p e) + bias."""
-        n, p = robots.e.shape
-        wanted = robots.v_d_rate + self.velocity_gain * robots.e_dot + self.position_gain * robots.e
-        mass = robots.model_mass.reshape(n, p, p)
-        robots.tau[:] = np.einsum("iab,ib->ia", mass, wanted) + robots.model_bias
-
     def force_lanes(self, at: int, plan: Plan, state: State) -> tuple[Lanes, Lanes]:
-        """The same of eight axes, compiled; in lanes past the last robot it computes that one's again."""
+        """Return tau = M (a_d + k_v e_dot + k_p e) + bias."""
         n, p = state.q.shape
         row = least(lane_numbers() + float(at), float(n * p - 1))
         first = float(p) * whole((row - 0.5 * float(p - 1)) / float(p))  # of the robot's own axes

@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, ClassVar, Literal
 
 from pydantic import NonNegativeFloat
 
-from escort_mj.components.views import LawView
 from escort_mj.laws.law import Law
 from escort_mj.native.lanes import Lanes, everywhere, load
 
@@ -30,12 +29,7 @@ class Pd(Law):
     derivative_gain: NonNegativeFloat = 50.0
     """Gain k_d of the velocity error [N s/m]."""
 
-    def force(self, robots: LawView) -> None:
-        """Write tau = k_p e + k_d e_dot + bias."""
-        robots.tau[:] = self.proportional_gain * robots.e + self.derivative_gain * robots.e_dot
-        robots.tau[:] += robots.model_bias
-
     def force_lanes(self, at: int, plan: Plan, state: State) -> tuple[Lanes, Lanes]:
-        """The same of eight axes, compiled."""
+        """Return tau = k_p e + k_d e_dot + bias."""
         pd = self.proportional_gain * load(state.e, at) + self.derivative_gain * load(state.e_dot, at)
         return pd + load(state.model_bias, at), everywhere(0.0)

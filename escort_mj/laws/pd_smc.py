@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, ClassVar, Literal
 
 from pydantic import NonNegativeFloat
 
-from escort_mj.components.views import LawView
 from escort_mj.laws.sliding import SlidingModeLaw, switching
 from escort_mj.native.lanes import Lanes, everywhere, load
 
@@ -27,12 +26,7 @@ class PdSmc(SlidingModeLaw):
     switching_gain: NonNegativeFloat = 1.0
     """Gain of the switching term [N] (paper: k)."""
 
-    def force(self, robots: LawView) -> None:
-        """Write tau = k_p e + k_d e_dot + k sgn(s): eq. 9 with the estimate held at 0."""
-        pd = self.proportional_gain * robots.e + self.derivative_gain * robots.e_dot
-        robots.tau[:] = pd + self.switching_gain * self.switching(robots.s)
-
     def force_lanes(self, at: int, plan: Plan, state: State) -> tuple[Lanes, Lanes]:
-        """The same of eight axes, compiled."""
+        """Return tau = k_p e + k_d e_dot + k sgn(s): eq. 9 with the estimate held at 0."""
         pd = self.proportional_gain * load(state.e, at) + self.derivative_gain * load(state.e_dot, at)
         return pd + self.switching_gain * switching(self, load(state.s, at)), everywhere(0.0)

@@ -39,17 +39,10 @@ class SlidingModeLaw(Law):
         names = ("proportional_gain", "derivative_gain", "switching_gain", "adaptation_rate")
         return Gains(*(float(getattr(self, name, 0.0)) for name in names))
 
-    def switching(self, s: Array) -> Array:
-        """Return what stands for sgn(s) in eq. 9: tanh (eq. 17), a clipped line, or the sign itself."""
-        if self.smoothing == "sign":
-            return np.sign(s)
-        x = s / self.boundary_layer
-        return np.tanh(x) if self.smoothing == "tanh" else np.clip(x, -1.0, 1.0)
-
 
 @inlined
 def switching(law: Any, s: Lanes) -> Lanes:
-    """Return the same of eight numbers, compiled.
+    """Return what stands for sgn(s) in eq. 9: tanh (eq. 17), a clipped line, or the sign itself.
 
     Args:
         law: Parameters of a sliding-mode law.

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, ClassVar, Literal
 
-import numpy as np
 from pydantic import NonNegativeFloat, PositiveFloat
 
-from escort_mj.components.views import LawView
 from escort_mj.laws.sliding import SlidingModeLaw, switching
 from escort_mj.native.lanes import Lanes, load, root
 
@@ -37,14 +35,8 @@ class SuperTwisting(SlidingModeLaw):
     integral_gain: NonNegativeFloat = 4.0
     """Rate of the integral term [N/s] (k_2)."""
 
-    def force(self, robots: LawView) -> None:
-        """Write tau = k_1 |s|^(1/2) sgn(s) + w and w' = k_2 sgn(s), with w in `rho_hat`."""
-        sign = self.switching(robots.s)
-        robots.tau[:] = self.root_gain * np.sqrt(np.abs(robots.s)) * sign + robots.rho_hat
-        robots.rho_hat_rate[:] = self.integral_gain * sign
-
     def force_lanes(self, at: int, plan: Plan, state: State) -> tuple[Lanes, Lanes]:
-        """The same of eight axes, compiled."""
+        """Return tau = k_1 |s|^(1/2) sgn(s) + w and w' = k_2 sgn(s), with w in `rho_hat`."""
         s = load(state.s, at)
         sign = switching(self, s)
         return load(state.rho_hat, at) + self.root_gain * root(abs(s)) * sign, self.integral_gain * sign

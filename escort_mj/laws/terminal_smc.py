@@ -4,10 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, ClassVar, Literal
 
-import numpy as np
 from pydantic import NonNegativeFloat, PositiveFloat
 
-from escort_mj.components.views import LawView
 from escort_mj.laws.sliding import SlidingModeLaw, switching
 from escort_mj.native.lanes import Lanes, copysign, everywhere, load, root
 
@@ -45,17 +43,8 @@ class TerminalSmc(SlidingModeLaw):
     switching_gain: NonNegativeFloat = 6.0
     """Gain of the approximation of sgn(z) [N]."""
 
-    def force(self, robots: LawView) -> None:
-        """Write tau = m |e'|^(1/2) sgn(e') (1 + 2 a |e|) / (3/2 b) + k z + k_s sgn(z)."""
-        e, e_dot = robots.e, robots.e_dot
-        size, speed = np.abs(e), np.sqrt(np.abs(e_dot))
-        z = e + self.far_gain * size * e + self.near_gain * speed * e_dot
-        equivalent = np.sign(e_dot) * speed * (1.0 + 2.0 * self.far_gain * size) / (1.5 * self.near_gain)
-        robots.tau[:] = self.nominal_mass * equivalent + self.reaching_gain * z
-        robots.tau[:] += self.switching_gain * self.switching(z)
-
     def force_lanes(self, at: int, plan: Plan, state: State) -> tuple[Lanes, Lanes]:
-        """The same of eight axes, compiled."""
+        """Return tau = m |e'|^(1/2) sgn(e') (1 + 2 a |e|) / (3/2 b) + k z + k_s sgn(z)."""
         e, e_dot = load(state.e, at), load(state.e_dot, at)
         size, speed = abs(e), root(abs(e_dot))
         z = e + self.far_gain * size * e + self.near_gain * speed * e_dot

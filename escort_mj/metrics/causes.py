@@ -24,7 +24,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from escort_mj.control.outer_loops.nearest_velocity import nearest
+from escort_mj.control.outer_loops.nearest_velocity import STIFFNESS
 from escort_mj.control.outer_loops.passing import Rules, approach
 from escort_mj.metrics.contacts import touches_within
 from escort_mj.metrics.metric import Bodies, Measure, metric
@@ -379,9 +379,31 @@ def some_velocity(r: Array, b: Array, most: float) -> bool:
         b: Shape (k,) [m/s].
         most: [m/s].
     """
-    slowest, _ = nearest(r, b, np.zeros(r.shape[1]))
+    slowest = least_change(r, b, STIFFNESS) if (b > 0.0).any() else np.zeros(r.shape[1])
     kept = (b - r @ slowest).max(initial=0.0) <= GIVES * max(float(np.linalg.norm(slowest)), 1e-9)
     return bool(kept and np.linalg.norm(slowest) <= most)
+
+
+def least_change(rows: Array, missing: Array, stiffness: float) -> Array:
+    """The change x of a velocity with slacks s, rows x + s >= missing, of least |x|^2 + stiffness |s|^2.
+
+    Lawson and Hanson's least-distance programming: with z = (x, sqrt(stiffness) s) it is the shortest z in a
+    polyhedron G z >= h, which the residual of a non-negative least-squares problem gives.
+
+    Args:
+        rows: Shape (k, p).
+        missing: Shape (k,) [m/s].
+        stiffness: Weight of violations.
+    """
+    from scipy.optimize import nnls
+
+    weights = np.hstack([rows, np.eye(len(rows)) / np.sqrt(stiffness)])
+    system = np.vstack([weights.T, missing])
+    goal = np.zeros(len(system))
+    goal[-1] = 1.0
+    multipliers, _ = nnls(system, goal)
+    residual = goal - system @ multipliers
+    return -residual[: rows.shape[1]] / residual[-1]
 
 
 @cache

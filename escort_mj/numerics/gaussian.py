@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.native.kernels import inlined
-from escort_mj.numerics.noise import TAG, philox
+from escort_mj.numerics.noise import philox
 
 Array = NDArray[np.float64]
 
@@ -59,22 +59,3 @@ def _pair(a: float, b: float) -> tuple[float, float]:
     """Return two normal numbers from two uniform ones; half a step keeps the logarithm finite."""
     length, angle = math.sqrt(-2.0 * math.log(a + 2.0**-54)), 2.0 * math.pi * b
     return length * math.cos(angle), length * math.sin(angle)
-
-
-# The same in plain NumPy.
-
-
-def uniforms(count: int, seed: int, use: int, robot: int, step: int, block: int = 1) -> Array:
-    """Return so many numbers uniform in [0, 1) of a stream, from a block on, shape (count,)."""
-    generator = np.random.Philox(
-        key=np.array([seed, TAG], dtype=np.uint64),
-        counter=np.array([block - 1, use, robot, step], dtype=np.uint64),  # it counts before it gives
-    )
-    return np.asarray((generator.random_raw(count) >> _UNUSED) * 2.0**-53)
-
-
-def normal(count: int, seed: int, use: int, robot: int, step: int, block: int = 1) -> Array:
-    """Return so many normal numbers of a stream, from a block on, shape (count,)."""
-    pairs = uniforms(-(-count // _WORDS) * _WORDS, seed, use, robot, step, block).reshape(-1, 2)
-    length, angle = np.sqrt(-2.0 * np.log(pairs[:, 0] + 2.0**-54)), 2.0 * np.pi * pairs[:, 1]
-    return np.stack([length * np.cos(angle), length * np.sin(angle)], axis=1).ravel()[:count]

@@ -8,7 +8,6 @@ velocity's, from one stream of coordinates, two to each word.
 
 from __future__ import annotations
 
-from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -231,28 +230,3 @@ def uniform(robot: int, most: float, seed: int, draw: int, result: Array) -> Non
         if k % PER_BLOCK == 0:
             _fill(coordinates, seed, _FORCES + k // PER_BLOCK, OF_ROBOT, robot, draw)
         result[k] = most * coordinates[k % PER_BLOCK]
-
-
-# The same in plain NumPy.
-
-
-@lru_cache(maxsize=256)  # a step may be evaluated several times
-def ball_noise(seed: int, robot: int, step: int, axes: int, balls: int = 2, use: int = 0) -> Array:
-    """Draws points from the unit ball, uniformly, by rejection; shape (balls, axes).
-
-    Each (use, robot from 0, physics step) has a stream of its own: Philox4x64-10, counted from block 1, each
-    of its words giving two coordinates, the lower half first. The points follow each other in the stream.
-    """
-    generator = np.random.Philox(
-        key=np.array([seed, TAG], dtype=np.uint64),
-        counter=np.array([0, use, robot, step], dtype=np.uint64),
-    )
-    coordinates = np.zeros(0)
-    while True:
-        words = generator.random_raw(PER_BLOCK // 2 << axes)  # at once: of many axes few points are inside
-        halves = words.astype("<u8").view("<u4")
-        coordinates = np.append(coordinates, (halves.astype(np.float64) + 0.5) * 2.0**-31 - 1.0)
-        points = coordinates[: len(coordinates) // axes * axes].reshape(-1, axes)
-        inside = points[(points * points).sum(axis=1) <= 1.0]
-        if len(inside) >= balls:
-            return inside[:balls]

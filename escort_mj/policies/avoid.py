@@ -3,11 +3,10 @@
 import math
 from typing import Annotated, Any, ClassVar, Literal
 
-import numpy as np
 from pydantic import Field
 
 from escort_mj.native.kernels import stack_memory, vector_at
-from escort_mj.policies.directions import count_of, possible_directions, write_direction
+from escort_mj.policies.directions import count_of, write_direction
 from escort_mj.policies.policy import ACTS, Policy, PolicyView
 
 UNTIL, DIRECTION = 0, 1  # what is kept
@@ -33,23 +32,8 @@ class Avoid(Policy):
     interval: Annotated[float, Field(ge=0.0, le=1e3)] = 0.1
     """Time between choices [s]."""
 
-    def velocity(self, view: PolicyView, body: int) -> int:
-        """Write the velocity past the robots."""
-        kept, here, p = view.mover_memory[body], view.mover_position[body], view.q.shape[1]
-        if view.time[0] >= kept[UNTIL]:
-            kept[UNTIL] = view.time[0] + self.interval
-            way = view.target_position - here
-            straight = way / max(float(np.linalg.norm(way)), 1e-9)
-            choice, ways = np.vstack([possible_directions(p), straight]), view.q - here
-            along, far = choice @ ways.T, np.sum(ways**2, axis=1)
-            blocked = (along > 0.0) & (far - along**2 < self.berth**2) & (far < self.sight**2)
-            value = choice @ straight - BLOCKED * blocked.any(axis=1)
-            kept[DIRECTION : DIRECTION + p] = choice[int(value.argmax())]
-        view.mover_wish[body] = self.speed * kept[DIRECTION : DIRECTION + p]
-        return ACTS
-
     def velocity_kernel(self: Any, view: PolicyView, body: int) -> int:
-        """Write the same, compiled."""
+        """Write the velocity past the robots."""
         kept, p = view.mover_memory[body], view.q.shape[1]
         if view.time[0] >= kept[UNTIL]:
             kept[UNTIL] = view.time[0] + self.interval

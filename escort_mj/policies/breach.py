@@ -3,11 +3,10 @@
 import math
 from typing import Annotated, Any, ClassVar, Literal
 
-import numpy as np
 from pydantic import Field
 
 from escort_mj.native.kernels import stack_memory, vector_at
-from escort_mj.policies.directions import count_of, possible_directions, write_direction
+from escort_mj.policies.directions import count_of, write_direction
 from escort_mj.policies.policy import ACTS, Policy, PolicyView
 
 UNTIL, AIM = 0, 1  # what is kept
@@ -36,26 +35,8 @@ class Breach(Policy):
     interval: Annotated[float, Field(ge=0.0, le=1e3)] = 0.1
     """Time between choices [s]."""
 
-    def velocity(self, view: PolicyView, body: int) -> int:
-        """Write the velocity toward the point."""
-        kept, p = view.mover_memory[body], view.q.shape[1]
-        away = view.mover_position[body] - view.target_position
-        if view.time[0] >= kept[UNTIL]:
-            kept[UNTIL] = view.time[0] + self.interval
-            choice, ways = possible_directions(p), view.q - view.target_position
-            ways = ways / np.maximum(np.linalg.norm(ways, axis=1, keepdims=True), NEAR)
-            arc = np.arccos(np.clip(choice @ ways.T, -1.0, 1.0)).min(axis=1) * self.perimeter
-            own = np.linalg.norm(self.perimeter * choice - away, axis=1)
-            ahead = arc / self.rival_speed - own / self.speed
-            ahead[choice @ away < self.perimeter] = -np.inf
-            best = int(ahead.argmax())
-            kept[AIM : AIM + p] = self.perimeter * choice[best] if np.isfinite(ahead[best]) else 0.0
-        way = kept[AIM : AIM + p] - away
-        view.mover_wish[body] = self.speed * way / max(float(np.linalg.norm(way)), NEAR)
-        return ACTS
-
     def velocity_kernel(self: Any, view: PolicyView, body: int) -> int:
-        """Write the same, compiled."""
+        """Write the velocity toward the point."""
         kept, p = view.mover_memory[body], view.q.shape[1]
         if view.time[0] >= kept[UNTIL]:
             kept[UNTIL] = view.time[0] + self.interval

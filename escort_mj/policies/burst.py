@@ -4,7 +4,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
-from escort_mj.policies.directions import freest, write_freest
+from escort_mj.policies.directions import write_freest
 from escort_mj.policies.policy import ACTS, RESTS, Policy, PolicyView
 
 DASHING, SINCE, DIRECTION = 0, 1, 2  # what is kept
@@ -25,19 +25,8 @@ class Burst(Policy):
     dash: Annotated[float, Field(gt=0.0, le=1e6)] = 5.0
     """Duration of each dash [s]."""
 
-    def velocity(self, view: PolicyView, body: int) -> int:
-        """Write the velocity of the dash, or 0."""
-        time, kept, p = float(view.time[0]), view.mover_memory[body], view.q.shape[1]
-        if kept[DASHING] and time >= kept[SINCE] + self.dash:
-            kept[DASHING], kept[SINCE] = 0.0, time
-        if not kept[DASHING] and time >= kept[SINCE] + self.wait:
-            kept[DASHING], kept[SINCE] = 1.0, time
-            kept[DIRECTION : DIRECTION + p] = freest(view.mover_position[body], view.q, IN_ANGLE)
-        view.mover_wish[body] = self.speed * kept[DASHING] * kept[DIRECTION : DIRECTION + p]
-        return ACTS if kept[DASHING] else RESTS
-
     def velocity_kernel(self: Any, view: PolicyView, body: int) -> int:
-        """Write the same, compiled."""
+        """Write the velocity of the dash, or 0."""
         time, kept, p = view.time[0], view.mover_memory[body], view.q.shape[1]
         if kept[DASHING] > 0.0 and time >= kept[SINCE] + self.dash:
             kept[DASHING], kept[SINCE] = 0.0, time

@@ -62,39 +62,3 @@ def write_freest(here: Array, others: Array, power: float, result: Array) -> Non
             least = most
             for axis in range(p):
                 result[axis] = direction[axis]
-
-
-# The same in plain NumPy.
-
-
-def possible_directions(axes: int) -> Array:
-    """Return all directions, shape (directions, axes)."""
-    if axes == 2:
-        angles = 2.0 * np.pi * np.arange(IN_PLANE) / IN_PLANE
-        return np.stack([np.cos(angles), np.sin(angles)], axis=1)
-    k = np.arange(IN_SPACE, dtype=float)
-    height, angles = 1.0 - (2.0 * k + 1.0) / IN_SPACE, _TURN * k
-    across = np.sqrt(1.0 - height**2)
-    return np.stack([across * np.cos(angles), across * np.sin(angles), height], axis=1)
-
-
-def freest(here: Array, others: Array, power: int) -> Array:
-    """Return the direction u with the least max_i u . d_i / |d_i|^power, d_i the way to another, shape (p,).
-
-    With the power 1 it is the middle of the largest gap between the others as seen from here. With 2, half
-    the reciprocal of the largest is how far u stays within the points that are nearer to here than to any
-    of the others: the longest way within the Voronoi cell.
-
-    Args:
-        here: Shape (p,) [m].
-        others: Shape (n, p) [m].
-        power: 1 or 2.
-    """
-    ways: Array = others - here
-    square: Array = np.sum(ways**2, axis=1)
-    ways, square = ways[square > 0.0], square[square > 0.0]
-    choice: Array = possible_directions(len(here))
-    if not len(ways):
-        return choice[0]
-    most = (choice @ (ways / (square if power == 2 else np.sqrt(square))[:, None]).T).max(axis=1)
-    return choice[int(most.argmin())]

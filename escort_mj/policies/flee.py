@@ -3,7 +3,6 @@
 import math
 from typing import Annotated, Any, Literal
 
-import numpy as np
 from pydantic import Field
 
 from escort_mj.policies.policy import ACTS, RESTS, Policy, PolicyView
@@ -16,17 +15,8 @@ class Flee(Policy):
     sight: Annotated[float, Field(gt=0.0, le=1e6)] = 5.0
     """Distance between centers within which a robot is seen [m]."""
 
-    def velocity(self, view: PolicyView, body: int) -> int:
-        """Write the velocity away from the nearest robot."""
-        ways = view.mover_position[body] - view.q
-        distance = np.linalg.norm(ways, axis=1)
-        nearest = int(distance.argmin())
-        alarmed = bool(0.0 < distance[nearest] <= self.sight)
-        view.mover_wish[body] = self.speed * ways[nearest] / distance[nearest] if alarmed else 0.0
-        return ACTS if alarmed else RESTS
-
     def velocity_kernel(self: Any, view: PolicyView, body: int) -> int:
-        """Write the same, compiled."""
+        """Write the velocity away from the nearest robot."""
         n, p = view.q.shape
         nearest, least = 0, math.inf
         for i in range(n):

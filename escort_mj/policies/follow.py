@@ -4,7 +4,6 @@ import math
 from collections.abc import Sequence
 from typing import Annotated, Any, ClassVar, Literal, Self
 
-import numpy as np
 from pydantic import Field, PositiveFloat, PrivateAttr
 
 from escort_mj.components.component import Component
@@ -49,18 +48,8 @@ class Follow(Policy):
         found._place = bodies.index(self.leader)
         return found
 
-    def velocity(self, view: PolicyView, body: int) -> int:
-        """Write the velocity along the line to the leader."""
-        places = np.vstack([view.q, view.target_position, view.obstacle_position])
-        speeds = np.vstack([view.v, view.target_velocity, view.obstacle_velocity])
-        way = places[self._place] - view.mover_position[body]
-        far = float(np.linalg.norm(way))
-        rate = speeds[self._place] @ way / max(far, NEAR) + self.gain * (far - self.distance)
-        view.mover_wish[body] = min(max(rate, -self.speed), self.speed) * way / max(far, NEAR)
-        return ACTS
-
     def velocity_kernel(self: Any, view: PolicyView, body: int) -> int:
-        """Write the same, compiled."""
+        """Write the velocity along the line to the leader."""
         n, p = view.q.shape
         square = along = 0.0
         for k in range(p):

@@ -88,21 +88,8 @@ class Learned(Policy):
         places = packed_networks(mover.policy for mover in setup.movers)[1] if setup is not None else {}
         return {"speed": self.speed, "interval": self.interval, "place": float(places.get(self, 0))}
 
-    def velocity(self, view: PolicyView, body: int) -> int:
-        """Write the velocity that the network answers."""
-        kept, p = view.mover_memory[body], view.q.shape[1]
-        if view.time[0] >= kept[UNTIL] - EARLY:
-            kept[UNTIL] = view.time[0] + self.interval
-            values = perceived(view, body, self.speed)
-            for number, layer in enumerate(self.network, 1):
-                values = np.array(layer.weights) @ values + np.array(layer.bias)
-                values = np.tanh(values) if number < len(self.network) else values
-            kept[WISH : WISH + p] = within_speed(values[:p] if self.network else np.zeros(p))
-        view.mover_wish[body] = self.speed * kept[WISH : WISH + p]
-        return ACTS
-
     def velocity_kernel(self: Any, view: PolicyView, body: int) -> int:
-        """Write the same, compiled."""
+        """Write the velocity that the network answers."""
         kept, p = view.mover_memory[body], view.q.shape[1]
         if view.time[0] >= kept[UNTIL] - EARLY:
             kept[UNTIL] = view.time[0] + self.interval
@@ -158,25 +145,6 @@ def packed_networks(policies: Iterable[Policy | None]) -> tuple[list[float], dic
             for layer in policy.network:
                 found += [len(layer.weights), len(layer.weights[0]), *chain(*layer.weights), *layer.bias]
     return found, places
-
-
-def perceived(view: PolicyView, body: int, speed: float) -> NDArray[np.float64]:
-    """Return what a body perceives, shape (inputs,).
-
-    Args:
-        view: Of the mission.
-        body: Which of the bodies with a drive, from 0.
-        speed: That velocities are shares of [m/s].
-    """
-    p, here = view.q.shape[1], view.mover_position[body]
-    found = np.zeros((3 + 2 * ROBOTS, p))
-    found[0] = (view.target_position - here) / view.radius
-    found[1], found[2] = view.target_velocity / speed, view.mover_velocity[body] / speed
-    ways = view.q - here
-    nearest = np.argsort(np.sum(ways**2, axis=1), kind="stable")[:ROBOTS]
-    found[3 : 3 + 2 * len(nearest) : 2] = ways[nearest] / view.radius
-    found[4 : 4 + 2 * len(nearest) : 2] = view.v[nearest] / speed
-    return np.clip(found.ravel(), -LARGEST, LARGEST)
 
 
 @inlined

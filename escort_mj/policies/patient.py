@@ -3,7 +3,6 @@
 import math
 from typing import Annotated, Any, ClassVar, Literal
 
-import numpy as np
 from pydantic import Field
 
 from escort_mj.policies.policy import ACTS, RESTS, Policy, PolicyView
@@ -28,24 +27,8 @@ class Patient(Policy):
     """Angle between the body and the nearest robot, seen from the target, above which the body goes in [rad].
     """
 
-    def velocity(self, view: PolicyView, body: int) -> int:
-        """Write the velocity around the target, or toward it."""
-        kept, away = view.mover_memory[body], view.mover_position[body] - view.target_position
-        far = max(float(np.linalg.norm(away)), NEAR)
-        ways = view.q - view.target_position
-        size = np.maximum(np.linalg.norm(ways, axis=1), NEAR)
-        nearest = float((ways @ away / (far * size)).max())
-        if abs(far - self.distance) < 0.1 * self.distance and nearest < math.cos(self.gap):
-            kept[RUNS] = 1.0
-        around = np.zeros_like(away)
-        around[0], around[1] = -away[1], away[0]
-        wish = around / far * self.speed - GAIN * (far - self.distance) * away / far
-        wish *= self.speed / max(float(np.linalg.norm(wish)), self.speed)
-        view.mover_wish[body] = -self.speed * away / far if kept[RUNS] else wish
-        return ACTS if kept[RUNS] else RESTS
-
     def velocity_kernel(self: Any, view: PolicyView, body: int) -> int:
-        """Write the same, compiled."""
+        """Write the velocity around the target, or toward it."""
         kept, p, square, nearest = view.mover_memory[body], view.q.shape[1], 0.0, -math.inf
         for k in range(p):
             square += (view.mover_position[body, k] - view.target_position[k]) ** 2

@@ -3,8 +3,6 @@
 import math
 from typing import Any, ClassVar, Literal
 
-import numpy as np
-
 from escort_mj.policies.policy import ACTS, Policy, PolicyView
 
 NEAR = 1e-9  # m
@@ -16,14 +14,8 @@ class Straight(Policy):
     seeks: ClassVar[bool] = True
     policy: Literal["straight"] = "straight"
 
-    def velocity(self, view: PolicyView, body: int) -> int:
-        """Write the velocity toward the target."""
-        way = view.target_position - view.mover_position[body]
-        view.mover_wish[body] = self.speed * way / max(float(np.linalg.norm(way)), NEAR)
-        return ACTS
-
     def velocity_kernel(self: Any, view: PolicyView, body: int) -> int:
-        """Write the same, compiled."""
+        """Write the velocity toward the target."""
         p, square = view.q.shape[1], 0.0
         for k in range(p):
             square += (view.target_position[k] - view.mover_position[body, k]) ** 2

@@ -4,7 +4,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
-from escort_mj.policies.directions import freest, write_freest
+from escort_mj.policies.directions import write_freest
 from escort_mj.policies.policy import ACTS, RESTS, Policy, PolicyView
 
 UNTIL, DIRECTION = 0, 1  # what is kept
@@ -25,20 +25,8 @@ class Voronoi(Policy):
     interval: Annotated[float, Field(ge=0.0, le=1e3)] = 0.1
     """Time between choices [s]."""
 
-    def velocity(self, view: PolicyView, body: int) -> int:
-        """Write the velocity along the longest way."""
-        kept, p = view.mover_memory[body], view.q.shape[1]
-        if view.time[0] < self.wait:
-            view.mover_wish[body] = 0.0
-            return RESTS
-        if view.time[0] >= kept[UNTIL]:
-            kept[UNTIL] = view.time[0] + self.interval
-            kept[DIRECTION : DIRECTION + p] = freest(view.mover_position[body], view.q, IN_CELL)
-        view.mover_wish[body] = self.speed * kept[DIRECTION : DIRECTION + p]
-        return ACTS
-
     def velocity_kernel(self: Any, view: PolicyView, body: int) -> int:
-        """Write the same, compiled."""
+        """Write the velocity along the longest way."""
         kept, p = view.mover_memory[body], view.q.shape[1]
         if view.time[0] < self.wait:
             for k in range(p):

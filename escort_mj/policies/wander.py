@@ -3,10 +3,9 @@
 import math
 from typing import Annotated, Any, Literal
 
-import numpy as np
 from pydantic import Field
 
-from escort_mj.numerics.gaussian import POLICY, fractions, uniforms
+from escort_mj.numerics.gaussian import POLICY, fractions
 from escort_mj.policies.policy import ACTS, Policy, PolicyView
 
 DRAWN, PLACE = 0, 1  # what is kept
@@ -20,20 +19,8 @@ class Wander(Policy):
     reach: Annotated[float, Field(gt=0.0, le=1e6)] = 5.0
     """Half the edge length of the box, which is centered on the start [m]."""
 
-    def velocity(self, view: PolicyView, body: int) -> int:
-        """Write the velocity toward the place."""
-        kept, here, p = view.mover_memory[body], view.mover_position[body], view.q.shape[1]
-        place = kept[PLACE : PLACE + p]
-        if not kept[DRAWN] or np.linalg.norm(place - here) <= ARRIVED * self.reach:
-            kept[DRAWN] += 1.0
-            drawn = uniforms(p, view.seed, POLICY, body, int(kept[DRAWN]))
-            place[:] = view.mover_start[body] + self.reach * (2.0 * drawn - 1.0)
-        way = place - here
-        view.mover_wish[body] = self.speed * way / max(float(np.linalg.norm(way)), 1e-9)
-        return ACTS
-
     def velocity_kernel(self: Any, view: PolicyView, body: int) -> int:
-        """Write the same, compiled."""
+        """Write the velocity toward the place."""
         kept, p, square = view.mover_memory[body], view.q.shape[1], 0.0
         for k in range(p):
             square += (kept[PLACE + k] - view.mover_position[body, k]) ** 2

@@ -3,7 +3,6 @@
 import math
 from typing import Annotated, Any, ClassVar, Literal
 
-import numpy as np
 from pydantic import Field
 
 from escort_mj.policies.policy import ACTS, Policy, PolicyView
@@ -21,20 +20,8 @@ class Weave(Policy):
     period: Annotated[float, Field(gt=0.0, le=1e3)] = 4.0
     """Time from one side to the other and back [s]."""
 
-    def velocity(self, view: PolicyView, body: int) -> int:
-        """Write the velocity along the wavy line."""
-        way = view.target_position - view.mover_position[body]
-        turn = self.angle * np.sin(2.0 * np.pi * view.time[0] / self.period)
-        turned = np.array(way)
-        turned[0], turned[1] = (
-            np.cos(turn) * way[0] - np.sin(turn) * way[1],
-            np.sin(turn) * way[0] + np.cos(turn) * way[1],
-        )
-        view.mover_wish[body] = self.speed * turned / max(float(np.linalg.norm(way)), NEAR)
-        return ACTS
-
     def velocity_kernel(self: Any, view: PolicyView, body: int) -> int:
-        """Write the same, compiled."""
+        """Write the velocity along the wavy line."""
         p, square = view.q.shape[1], 0.0
         turn = self.angle * math.sin(2.0 * math.pi * view.time[0] / self.period)
         for k in range(p):

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.native.kernels import inlined
-from escort_mj.robots.attitude import Craft, reachable_force, torque_for, wanted_rotation
+from escort_mj.robots.attitude import Craft
 
 Array = NDArray[np.float64]
 
@@ -186,9 +186,6 @@ def thrust_within(demand: Array, inputs: Array, first: int, count: int) -> float
     return max(min(demand[0], most), least)
 
 
-# The same in plain NumPy.
-
-
 def controls(model: DriveModel, demand: Array) -> Array:
     """Controls for a demand w, within the actuators' ranges, shape (inputs,).
 
@@ -206,26 +203,3 @@ def controls(model: DriveModel, demand: Array) -> Array:
         demand[0] = max(min(demand[0], ends[1].min()), ends[0].max())
         demand[4:] = 0.0
     return np.asarray(np.clip(trim + mix @ demand, low, high))
-
-
-def demand_for(model: DriveModel, wanted: Array, rotation: Array, rate: Array) -> Array:
-    """What is demanded of a robot's base, w, shape (6,).
-
-    Args:
-        model: The drive.
-        wanted: Force with the lift [N], velocity [m/s] or way from the start [m], world frame, shape (3,).
-        rotation: Of the base, shape (3, 3).
-        rate: Its angular velocity in its own frame, shape (3,) [rad/s].
-    """
-    if model.mode == THRUST:
-        assert model.craft is not None
-        force = reachable_force(wanted, model.craft)
-        heading = np.array([1.0, 0.0, 0.0]) if model.holds_attitude else rotation[:, 0]
-        torque = torque_for(wanted_rotation(force, heading), rotation, rate, model.craft)
-        return np.array([force @ rotation[:, 2], *torque, 0.0, 0.0])
-    along = wanted if model.in_world else rotation.T @ wanted
-    torque = np.zeros(3)
-    if model.holds_attitude:
-        assert model.craft is not None
-        torque = torque_for(np.eye(3), rotation, rate, model.craft)
-    return np.array([*along, *torque])

@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import numpy as np
 
-from escort_mj.components.rays import stretch_in, stretches_inside
+from escort_mj.components.rays import stretch_in
 from escort_mj.native.fields import Array, Fields, Recorded, Value
 from escort_mj.native.on_demand import on_demand
-from escort_mj.numerics.gaussian import LIDAR, normal, normals
+from escort_mj.numerics.gaussian import LIDAR, normals
 
 if TYPE_CHECKING:
     from escort_mj.control.setup import Setup
@@ -141,39 +141,3 @@ def scan(plan: Plan, state: State) -> None:
                 state.lidar_nearest[row] = length
                 for k in range(p):
                     state.lidar_point[row, k] = state.q_measured[i, k] + length * plan.lidar_rays[r, k]
-
-
-# The same in plain NumPy.
-
-
-class Scanner:
-    """The lidars of a team, with what they have seen last."""
-
-    def __init__(self) -> None:
-        self._points: Array | None = None
-
-    def returns(self, t: float, q: Array, measured: Array, setup: Setup) -> Array:
-        """Return the nearest return from each obstacle as each robot knows it, shape (n, m, p) [m].
-
-        Args:
-            t: Time [s].
-            q: True positions, shape (n, p) [m].
-            measured: Measured positions, likewise.
-            setup: Gives lidar and obstacles.
-        """
-        lidar, step = setup.sensing.lidar, round(t / setup.timestep)
-        assert lidar is not None
-        if self._points is None or step % lidar.every == 0:
-            self._points = np.full((*q.shape[:1], *setup.obstacle_position.shape), FAR)
-            for i, points in enumerate(self._points):
-                error = lidar.noise * normal(len(lidar.rays), setup.seed, LIDAR, i, step)
-                first, last = stretches_inside(q[i], lidar.rays, setup)
-                met = (first < last) & (last > 0.0) & (first < lidar.reach)
-                lengths = np.where(met, np.maximum(first, 0.0), np.inf)
-                for j in range(lengths.shape[1]):
-                    mine = np.flatnonzero(met[:, j] & (np.argmin(lengths, axis=1) == j))
-                    if len(mine):
-                        found = np.maximum(lengths[mine, j] + error[mine], 0.0)
-                        nearest = int(np.argmin(found))
-                        points[j] = measured[i] + found[nearest] * lidar.rays[mine[nearest]]
-        return self._points

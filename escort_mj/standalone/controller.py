@@ -26,7 +26,7 @@ from escort_mj.standalone.guard import Guard, Judgement
 from escort_mj.standalone.knowledge import Knowledge, Surroundings
 from escort_mj.standalone.limits import Event, Limits
 from escort_mj.standalone.lost import who_may_be_lost
-from escort_mj.standalone.saved import OBJECT, checked_state, marked, mission_mark
+from escort_mj.standalone.saved import checked_state, marked, mission_mark
 
 if TYPE_CHECKING:
     from escort_mj.standalone.robot import RobotController

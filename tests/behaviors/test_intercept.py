@@ -8,12 +8,12 @@ import pytest
 
 from escort_mj import api
 from escort_mj.behaviors import Intercept, Surface
-from escort_mj.behaviors.intercept import toward_meeting
 from escort_mj.errors import ScenarioError
 from escort_mj.estimators.kalman import Kalman
 from escort_mj.scenario.reader.load import scenario_of
 from tests.control.test_knowing import RADIOS, SIGHTS, informed
 from tests.control.twins import AVOID, compare, mission
+from tests.oracle.behaviors import toward_meeting
 
 
 def meeting(way, course, speed: float) -> tuple[np.ndarray, float]:

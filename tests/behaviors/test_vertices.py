@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from escort_mj.behaviors.vertices import turned_rotation
+from tests.oracle.behaviors import turned_rotation
 
 
 @pytest.mark.parametrize("axes", [2, 3, 5])

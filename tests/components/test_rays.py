@@ -4,12 +4,13 @@ import mujoco
 import numpy as np
 import pytest
 
-from escort_mj.components.rays import KINDS, stretch, stretches_inside
+from escort_mj.components.rays import KINDS, stretch
 from escort_mj.control.setup import Setup
 from escort_mj.scenario.geometry.obstacles import obstacles_of
 from escort_mj.scenario.geometry.shapes import in_space, nearest_on_shape
 from escort_mj.scenario.schema.scenario import Scenario
 from escort_mj.scenario.setup import controller_setup
+from tests.oracle.rays import stretches_inside
 from tests.world.loop.test_depth import SHAPES
 
 BODIES = [{"shape": "sphere", "radius": 0.8}, *SHAPES]

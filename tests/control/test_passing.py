@@ -3,16 +3,9 @@
 import numpy as np
 import pytest
 
-from escort_mj.control.outer_loops.passing import (
-    Rules,
-    approach,
-    aside_of,
-    breadth,
-    leave_path,
-    left_path,
-    widths,
-)
+from escort_mj.control.outer_loops.passing import Rules, approach, aside_of, breadth, leave_path
 from escort_mj.native.compiler.declarations import jitted
+from tests.oracle.set_based import left_path, widths
 
 
 @jitted

@@ -7,13 +7,14 @@ import numpy as np
 import pytest
 
 from escort_mj.behaviors import AvoidObstacles, Chords, Surface
-from escort_mj.control.reference import ReferenceController
 from escort_mj.control.setup import Setup
 from escort_mj.laws import ApdSmc
 from escort_mj.numerics.formation import OCTAHEDRON, Arrangement, arrange
 from escort_mj.scenario.geometry.trajectory import Trajectory
 from escort_mj.sensing.sensors import Channel, Sensors
 from tests.control.twins import Kernel, vector
+from tests.oracle.behaviors import intrusion
+from tests.oracle.reference import ReferenceController
 
 PAPER_2D = np.array([(5, 10), (-5, 5), (-5, -5), (5, -10), (5, 0)], dtype=float)
 PAPER_3D = np.array(
@@ -206,7 +207,7 @@ NEAR = replace(
     ],
 )
 def test_the_deepest_intruder_rules(avoid: AvoidObstacles, depth: float, intruder: tuple) -> None:
-    found, position = avoid.intrusion(ROW, NEAR)
+    found, position = intrusion(avoid, ROW, NEAR)
     assert found[0] == pytest.approx(depth)
     np.testing.assert_array_equal(position[0], intruder)
 
@@ -215,14 +216,14 @@ def test_obstacles_come_before_robots_and_the_first_wins() -> None:
     q = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
     setup = replace(NEAR, obstacle_position=np.array([[0.0, -1.0], [-1.0, 0.0]]))
     avoid = AvoidObstacles(measure="center")
-    np.testing.assert_array_equal(avoid.intrusion(q, setup)[1][0], [0.0, -1.0])
+    np.testing.assert_array_equal(intrusion(avoid, q, setup)[1][0], [0.0, -1.0])
     alone = replace(setup, obstacle_position=np.zeros((0, 2)), obstacle_radius=np.zeros(0))
-    np.testing.assert_array_equal(avoid.intrusion(q, alone)[1][0], [1.0, 0.0])
+    np.testing.assert_array_equal(intrusion(avoid, q, alone)[1][0], [1.0, 0.0])
 
 
 def test_nobody_intrudes_on_a_lone_robot() -> None:
     setup = mission(np.zeros((1, 3)), (0.0, 0.0, 0.0))
-    depth, _ = AvoidObstacles().intrusion(np.zeros((1, 3)), setup)
+    depth, _ = intrusion(AvoidObstacles(), np.zeros((1, 3)), setup)
     assert depth[0] == -math.inf
     controller = ReferenceController(replace(setup, behaviors=(AvoidObstacles(), Surface())))
     controller.reset(np.zeros((1, 3)))

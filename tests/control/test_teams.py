@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 from escort_mj import Scenario
-from escort_mj.control.failure import KnownRobots as Formed
-from escort_mj.control.reference import ReferenceController
 from escort_mj.control.setup import Setup
-from escort_mj.control.teams import Teams
 from escort_mj.scenario.setup import controller_setup
 from tests.control.twins import TOLERANCE, Kernel, assert_same
+from tests.oracle.failure import KnownRobots as Formed
+from tests.oracle.reference import ReferenceController
+from tests.oracle.teams import Teams
 
 STEP, STEPS = 0.1, 60
 RADIO = {"rate": 5.0, "delay": 0.2, "loss": 0.2}

@@ -9,7 +9,6 @@ import pytest
 from escort_mj.behaviors import AvoidObstacles
 from escort_mj.control.failure import Failure
 from escort_mj.control.outer_loops import BarrierFilter, PotentialField, SetBased
-from escort_mj.control.reference import ReferenceController
 from escort_mj.control.setup import Setup
 from escort_mj.laws import LAWS, ComputedTorque
 from escort_mj.laws.sliding import SlidingModeLaw
@@ -27,6 +26,7 @@ from tests.control.twins import (
     mission,
     with_avoidance,
 )
+from tests.oracle.reference import ReferenceController
 
 
 @pytest.mark.crossed

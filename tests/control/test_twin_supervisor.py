@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from escort_mj.behaviors import Surface
-from escort_mj.control.reference import ReferenceController
 from escort_mj.control.supervisor import Condition, ControlPhase
 from escort_mj.control.trigger import Trigger
 from tests.control.twins import (
@@ -20,6 +19,7 @@ from tests.control.twins import (
     assert_same,
     mission,
 )
+from tests.oracle.reference import ReferenceController
 
 PHASES = (
     ControlPhase("late", (SURFACE, AVOID), after=0.004, before=0.012),

@@ -6,7 +6,6 @@ from dataclasses import replace
 import numpy as np
 
 from escort_mj.behaviors import AvoidObstacles, Chords, Repulsion, Surface, Vertices
-from escort_mj.control.reference import ReferenceController, ReferenceSignals
 from escort_mj.control.setup import Setup
 from escort_mj.laws import ApdSmc
 from escort_mj.memory.evaluation import evaluation_of
@@ -18,6 +17,7 @@ from escort_mj.numerics.thomson import even_figure
 from escort_mj.scenario.geometry.trajectory import Trajectory
 from escort_mj.scenario.schema.expressions import Expression
 from escort_mj.sensing.sensors import Channel, Sensors
+from tests.oracle.reference import ReferenceController, ReferenceSignals
 
 TOLERANCE = 1e-10
 

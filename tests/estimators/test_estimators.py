@@ -10,16 +10,16 @@ from scipy.special import chdtri
 
 from escort_mj import Scenario
 from escort_mj.behaviors import Surface
-from escort_mj.control.knowing import blank_view
 from escort_mj.control.setup import Setup
 from escort_mj.estimators import ESTIMATORS, Consensus, CovarianceIntersection, EstimatorView, Kalman
 from escort_mj.estimators.covariance_intersection import invert, mix
-from escort_mj.estimators.kalman import believe, believed, linearized
-from escort_mj.knowledge.belief import Belief, carry
+from escort_mj.knowledge.belief import carry
 from escort_mj.knowledge.sight import Sight
 from escort_mj.scenario.setup import controller_setup
 from escort_mj.sensing.sensors import Channel, Sensors
 from tests.control.twins import Kernel
+from tests.oracle.estimators import Belief, believe, believed, linearized, mixture, update
+from tests.oracle.knowing import blank_view
 
 Array = NDArray[np.float64]
 
@@ -171,7 +171,7 @@ def test_covariance_intersection_never_claims_too_much() -> None:
         joint = spread(random, 8)
         a, b, cross = joint[:4, :4], joint[4:, 4:], joint[:4, 4:]
         said = Belief(np.zeros(4), b, 0.0, 0.0)
-        found = CovarianceIntersection().mixture(Belief(np.zeros(4), a, 0.0, 0.0), said, 2)
+        found = mixture(CovarianceIntersection(), Belief(np.zeros(4), a, 0.0, 0.0), said, 2)
         weight = np.trace(b[:2, :2]) / (np.trace(a[:2, :2]) + np.trace(b[:2, :2]))
         first = weight * found.covariance @ np.linalg.inv(a)
         second = (1.0 - weight) * found.covariance @ np.linalg.inv(b)
@@ -190,7 +190,7 @@ def test_mixing_and_inverting_in_place() -> None:
     inverse = a.ravel().copy()
     invert(inverse, 6)
     np.testing.assert_allclose(inverse.reshape(6, 6) @ a, np.eye(6), atol=1e-10)
-    expected = Consensus(share=0.4).mixture(Belief(x, a, 0.0, 0.0), Belief(y, b, 0.0, 0.0), 2)
+    expected = mixture(Consensus(share=0.4), Belief(x, a, 0.0, 0.0), Belief(y, b, 0.0, 0.0), 2)
     found, covariance = x.copy(), a.ravel().copy()
     mix(found, covariance, y.copy(), b.ravel().copy(), 0.6, inverse)
     np.testing.assert_allclose(found, expected.x, atol=1e-10)
@@ -204,7 +204,7 @@ def test_kalman_takes_over_what_is_surer() -> None:
         believe(own, view, 0)
         view.sent_belief[0], view.sent_covariance[0] = said.x, said.covariance.ravel()
         view.sent_fix[0], view.time[0] = said.fix, 5.0
-        Kalman().update(view, 0)
+        update(Kalman(), view, 0)
         assert believed(view, 0).x[0] == pytest.approx(0.1 + 5.0 * 0.1)
         assert view.belief_fix[0] == 3.0, "the newest measurement that it knows of"
 
@@ -233,6 +233,6 @@ def test_exact_measurements_of_the_same_do_not_lead_astray(axes: int, measured: 
         view.time[0], view.q_measured[0] = t, eye
         view.seen_position[0], view.seen_range[0], view.seen_bearing[0] = place, distance, way / distance
         view.seen_velocity[0] = np.array([np.cos(0.5 * t), -0.7 * np.sin(0.7 * t), 0.3])[:axes]
-        kalman.update(view, 0)
+        update(kalman, view, 0)
         if t > 0.04:
             np.testing.assert_allclose(view.belief[0, :axes], place, rtol=0, atol=0.05)

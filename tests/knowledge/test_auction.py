@@ -4,8 +4,8 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from escort_mj.knowledge.auction import Auction
 from escort_mj.numerics.thomson import even_points
+from tests.oracle.radio import Auction
 
 
 def start(count: int, axes: int, seed: int) -> Auction:

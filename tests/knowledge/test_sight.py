@@ -7,8 +7,6 @@ import numpy as np
 import pytest
 
 from escort_mj import Controller
-from escort_mj.components.rays import stretches_inside
-from escort_mj.control.reference import ReferenceController
 from escort_mj.control.setup import Setup
 from escort_mj.errors import UsageError
 from escort_mj.scenario import Scenario
@@ -18,6 +16,8 @@ from escort_mj.world.model.build import build
 from escort_mj.world.plant import Plant
 from tests.components.test_rays import BODIES
 from tests.control.twins import Kernel, assert_same
+from tests.oracle.rays import stretches_inside
+from tests.oracle.reference import ReferenceController
 
 COUNT = 6
 

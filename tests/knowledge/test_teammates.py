@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import escort_mj
-from escort_mj.knowledge.teammates import ball
 from escort_mj.scenario import parse_scenario
+from tests.oracle.teammates import ball
 
 MISSION = """
 name: random

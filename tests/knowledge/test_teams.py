@@ -5,10 +5,11 @@ import pytest
 
 import escort_mj
 from escort_mj import Run, Scenario
-from escort_mj.numerics.gaussian import START, normal
+from escort_mj.numerics.gaussian import START
 from escort_mj.record.team import own_targets
 from escort_mj.scenario.setup import controller_setup
 from tests.control.twins import Kernel
+from tests.oracle.noise import normal
 
 STEP = 0.002
 BEHAVIORS = [{"behavior": "avoid_obstacles", "safe_distance": 0.3}, "vertices", "surface"]

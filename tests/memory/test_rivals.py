@@ -6,8 +6,8 @@ import pytest
 from escort_mj.api import load_scenario
 from escort_mj.environments.rivals import RivalReward
 from escort_mj.environments.simulation import Simulation
-from escort_mj.policies.learned import perceived
 from escort_mj.policies.policy import policy_view
+from tests.oracle.policies import perceived
 
 
 @pytest.mark.parametrize("name", ["pursuit/intruders", "pursuit/raid"])

@@ -8,13 +8,14 @@ import pytest
 from scipy.special import kolmogorov
 
 from escort_mj.behaviors import Surface
-from escort_mj.control.reference import ReferenceController
 from escort_mj.control.setup import Setup
 from escort_mj.laws import ApdSmc
 from escort_mj.native.compiler.declarations import jitted
 from escort_mj.native.lanes import WIDTH, stack_rows
-from escort_mj.numerics.noise import OF_TARGET, TAG, ball_noise, draw_points
+from escort_mj.numerics.noise import OF_TARGET, TAG, draw_points
 from escort_mj.sensing.sensors import Channel, Sensors
+from tests.oracle.noise import ball_noise
+from tests.oracle.reference import ReferenceController
 
 MASK = 2**64 - 1
 DRAWS = 400_000

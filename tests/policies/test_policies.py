@@ -14,12 +14,12 @@ from escort_mj.control.setup import Mover
 from escort_mj.memory.layout import unpack_plan
 from escort_mj.policies import POLICIES, Policy
 from escort_mj.policies.burst import Burst
-from escort_mj.policies.directions import freest, possible_directions
 from escort_mj.policies.flee import Flee
 from escort_mj.policies.learned import Learned, inputs
 from escort_mj.policies.policy import policy_view
 from escort_mj.scenario.setup import controller_setup
 from tests.control.twins import Kernel
+from tests.oracle.policies import freest, possible_directions, velocity
 
 Array = NDArray[np.float64]
 STEPS = 60
@@ -55,7 +55,7 @@ def test_both_forms_want_the_same(kind: type[Policy], axes: int) -> None:
     for step in range(STEPS):
         state.mover_position[:] = random.normal(scale=3.0, size=(2, axes))
         kernel.evaluate(step * setup.timestep, random.normal(scale=3.0, size=(5, axes)), np.zeros((5, axes)))
-        assert policy.velocity(seen_own, 0) == state.mover_acts[0]
+        assert velocity(policy, seen_own, 0) == state.mover_acts[0]
         assert np.abs(seen_own.mover_wish[0] - state.mover_wish[0]).max() < 1e-10
         assert np.abs(memory - state.mover_memory).max() < 1e-10
     assert np.linalg.norm(state.mover_wish[0]) <= 1.5 + 1e-12

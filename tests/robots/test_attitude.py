@@ -5,8 +5,9 @@ import pytest
 
 from escort_mj.native.compiler.declarations import jitted
 from escort_mj.robots import attitude
-from escort_mj.robots.attitude import Craft, mixing, rotation, thrusts_for, wanted_rotation
+from escort_mj.robots.attitude import Craft
 from escort_mj.robots.quadrotor import Quadrotor
+from tests.oracle.attitude import mixing, rotation, thrusts_for, wanted_rotation
 
 GRAVITY = (0.0, 0.0, -9.81)
 CRAFT = Quadrotor().craft(1.2, 0.25, GRAVITY, 0.75)

@@ -4,8 +4,9 @@ import numpy as np
 
 from escort_mj.native.compiler.declarations import jitted
 from escort_mj.robots import hydrodynamics
-from escort_mj.robots.hydrodynamics import Vessel, coriolis_matrix, immersed
+from escort_mj.robots.hydrodynamics import Vessel
 from escort_mj.robots.surface_vessel import SurfaceVessel
+from tests.oracle.hydrodynamics import coriolis_matrix, damping_matrix, immersed
 
 RNG = np.random.default_rng(9)
 MODEL_SHIP = SurfaceVessel(length=1.255)  # type: ignore[call-arg]
@@ -56,7 +57,7 @@ def test_the_model_ship_is_the_one_in_the_literature() -> None:
     )
     found = there.T @ at_hand @ there
     np.testing.assert_allclose(found, [[25.8, 0, 0], [0, 33.8, 1.0948], [0, 1.0948, 2.76]], atol=1e-12)
-    damping = hydrodynamics.damping_matrix(np.array([0.5, 0.0, 0.0]), vessel)
+    damping = damping_matrix(np.array([0.5, 0.0, 0.0]), vessel)
     np.testing.assert_allclose(damping[0, 0], 0.72253 + 1.32742 * 0.5 + 5.86643 * 0.25, rtol=1e-12)
     np.testing.assert_allclose(damping[1:, 1:], [[0.88965, 0.0], [-0.0313, 1.9]], rtol=1e-12)
 

@@ -7,9 +7,8 @@ import numpy as np
 import pytest
 
 import escort_mj
-from escort_mj.components.rays import stretches_inside
 from escort_mj.control.setup import Setup
-from escort_mj.numerics.gaussian import LIDAR, normal
+from escort_mj.numerics.gaussian import LIDAR
 from escort_mj.report.video.replay import replay_of
 from escort_mj.scenario import Scenario
 from escort_mj.scenario.setup import controller_setup
@@ -19,6 +18,8 @@ from escort_mj.world.model.build import build
 from escort_mj.world.plant import Plant
 from tests.control.twins import Kernel, compare
 from tests.knowledge.test_sight import among_shapes
+from tests.oracle.noise import normal
+from tests.oracle.rays import stretches_inside
 from tests.world.loop.test_nearest import PLANAR, SPATIAL
 
 SEED = 5

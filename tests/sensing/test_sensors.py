@@ -8,11 +8,11 @@ import pytest
 from scipy.special import bdtr
 
 from escort_mj.control.outer_loops import BarrierFilter
-from escort_mj.control.reference import ReferenceController
 from escort_mj.control.setup import Setup
 from escort_mj.control.supervisor import Condition, ControlPhase
 from escort_mj.sensing.sensors import Channel, Sensors
 from tests.control.twins import AVOID, REPULSION, SURFACE, VERTICES, Kernel, compare, mission
+from tests.oracle.reference import ReferenceController
 
 MEASURED = ("q_measured", "v_measured", "target_position_measured", "target_velocity_measured")
 TRUE = ("q", "v", "target_position", "target_velocity")

@@ -71,7 +71,7 @@ def without(robot: int) -> Fault:
     return fault
 
 
-@pytest.mark.parametrize("backend", ["native", "numpy"])
+@pytest.mark.parametrize("backend", ["native", "interpreted"])
 @pytest.mark.parametrize("keys", [KEYS, SPATIAL, LAWS_OF_TEAMS])
 def test_limits_that_nothing_exceeds_change_no_bit(keys: Any, backend: str) -> None:
     far = Limits(speed=100, jump=1, area=Area.sphere(np.zeros(3 if keys is SPATIAL else 2), 1e4))
@@ -82,7 +82,7 @@ def test_limits_that_nothing_exceeds_change_no_bit(keys: Any, backend: str) -> N
     assert (one.controller.ages == 0.0).all() and not one.controller.out.any() and not one.controller.stopped
 
 
-@pytest.mark.parametrize("backend", ["native", "numpy"])
+@pytest.mark.parametrize("backend", ["native", "interpreted"])
 def test_a_robot_that_is_not_measured_is_out_and_the_others_close_ranks(backend: str) -> None:
     flight = Flight(Limits(), backend=backend)
     flight.fly(1.0).fly(0.1, without(2))
@@ -128,7 +128,7 @@ def test_both_backends_drop_and_take_up_alike(keys: Any) -> None:
 
     unit = 0.02 if keys is KEYS else 0.002
     limits = Limits(age=5 * unit, rejoin=5 * unit)
-    one, other = (Flight(limits, keys, backend=name) for name in ("native", "numpy"))
+    one, other = (Flight(limits, keys, backend=name) for name in ("native", "interpreted"))
     for flight in (one, other):
         flight.fly(40 * unit, fault)
     assert one.told == other.told and [told[2] for told in one.told] == ["out", "out", "back", "back"]

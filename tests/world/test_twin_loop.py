@@ -4,12 +4,12 @@ import mujoco
 import numpy as np
 import pytest
 
-from escort_mj.control.reference import ReferenceController, ReferenceSignals
-from escort_mj.robots.attitude import thrusts_for
 from escort_mj.robots.quadrotor import Quadrotor
 from escort_mj.world.callback import native_loop
 from escort_mj.world.model.build import World
 from escort_mj.world.plant import Plant
+from tests.oracle.attitude import thrusts_for
+from tests.oracle.reference import ReferenceController, ReferenceSignals
 
 SENSING = {"position": {"noise": 0.02}, "velocity": {"noise": 0.01}}
 PLANAR = {

@@ -3,10 +3,10 @@
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from escort_mj.robots.hydrodynamics import to_world
 from escort_mj.robots.surface_vessel import SurfaceVessel
 from escort_mj.world.callback import native_loop
 from escort_mj.world.plant import Plant
+from tests.oracle.hydrodynamics import to_world
 
 FAR = {"position": [1e3, 1e3]}
 MASS, RADIUS, HEADING = 23.8, 1.3, 0.3

@@ -4,29 +4,19 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, ClassVar, Literal
 
-import numpy as np
 from pydantic import PositiveFloat
 
-from escort_mj.behaviors import Behavior
-from escort_mj.behaviors.task import Situation
 from escort_mj.components.parameters import UNLIMITED
-from escort_mj.control.nsb import AVOID_OBSTACLES, avoidance_of, outer_loop
-from escort_mj.control.outer_loops.constraints import (
-    MOST,
-    Constraints,
-    constraints_of,
-    find_constraints,
-)
-from escort_mj.control.outer_loops.nearest_velocity import STIFFNESS, nearest, nearest_velocity
-from escort_mj.control.outer_loops.outer_loop import OuterLoop, runs_now, slow_down, slowed, split
+from escort_mj.control.nsb import AVOID_OBSTACLES, avoidance_of
+from escort_mj.control.outer_loops.constraints import MOST, find_constraints
+from escort_mj.control.outer_loops.nearest_velocity import STIFFNESS, nearest_velocity
+from escort_mj.control.outer_loops.outer_loop import OuterLoop, runs_now, slow_down
 from escort_mj.control.outer_loops.passing import Rules
-from escort_mj.native.fields import Array
 from escort_mj.native.kernels import DOUBLE, matrix_at, stack_memory, vector_at
 from escort_mj.native.lanes import WIDTH
 from escort_mj.numerics.vectors import length_of
 
 if TYPE_CHECKING:
-    from escort_mj.control.outer_loops.outer_loop import Mask
     from escort_mj.memory.layout import Plan, State
 
 
@@ -46,20 +36,6 @@ class BarrierFilter(OuterLoop):
     rate: PositiveFloat = 1.0
     """Share of the margin that a robot may use up per second or, where the margin is negative, must recover
     [1/s]."""
-
-    def velocities(self, behaviors: tuple[Behavior, ...], now: Situation) -> tuple[Array, Mask]:
-        """Return the escort behaviors' velocities, changed by as little as safety takes, and whose are.
-
-        Slowing down the result breaks no constraint unless a distance is too small already: rest keeps them.
-        """
-        escorting, avoiding = split(behaviors)
-        active = np.zeros(len(now.q), dtype=bool)
-        velocity, _ = outer_loop(escorting, now)
-        for avoid in avoiding:
-            rules = Rules(self.rate, UNLIMITED, 0.0, 0.0, 0.0, 0.0)
-            for i, found in enumerate(constraints_of(avoid, rules, now)):
-                velocity[i], active[i] = filtered(found, velocity[i])
-        return slowed(velocity, now.setup.max_speed), active
 
     def velocity_lanes(self, i: int, phase: int, plan: Plan, state: State) -> None:
         """The same for robots i to i + 7, compiled: what the escort behaviors want stands in `v_d`."""
@@ -89,16 +65,3 @@ class BarrierFilter(OuterLoop):
                             break
             state.avoidance_active[robot] = 1.0 if moved else 0.0
             slow_down(robot, plan, state)
-
-
-# The same in plain NumPy.
-
-
-def filtered(found: Constraints, wanted: Array) -> tuple[Array, bool]:
-    """Return the velocity nearest to a wanted one, shape (p,) [m/s], and whether it is another."""
-    v = wanted
-    while True:
-        speed = float(np.linalg.norm(v))
-        v, moved = nearest(*found.within(speed, speed)[:2], wanted)
-        if not np.linalg.norm(v) > speed:
-            return v, moved

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from escort_mj.behaviors import AvoidObstacles
-from escort_mj.behaviors.task import Situation
 from escort_mj.components.obstacles import obstacle_speed, obstacles_seen
-from escort_mj.control.outer_loops.nearby import bearing, bodies_nearby, in_sight, reach_of
+from escort_mj.control.outer_loops.nearby import bearing, in_sight, reach_of
 from escort_mj.control.outer_loops.passing import (
     Rules,
     approach,
@@ -21,8 +19,6 @@ from escort_mj.control.outer_loops.passing import (
     horizon,
     lead_of,
     leave_path,
-    left_path,
-    widths,
 )
 from escort_mj.knowledge.belief import target_place, target_speed
 from escort_mj.knowledge.teammates import may_be, places_of
@@ -32,7 +28,6 @@ from escort_mj.native.kernels import DOUBLE, inlined, merged, stack_memory, vect
 from escort_mj.native.lanes import WIDTH, everywhere, gather, greatest, largest, least, there, where
 from escort_mj.numerics.neighbors import ALL, find_near
 from escort_mj.numerics.vectors import length_of, make_unit
-from escort_mj.sensing.measure import in_range
 
 if TYPE_CHECKING:
     from escort_mj.memory.layout import Plan, State
@@ -298,124 +293,3 @@ def _from_point(robot: int, q: Array, point: Array, direction: Array) -> float:
     for k in range(point.shape[0]):
         direction[k] = q[robot, k] - point[k]
     return make_unit(direction)
-
-
-# The same in plain NumPy.
-
-
-class Constraints(NamedTuple):
-    """All that one robot's velocity v may have to satisfy, r . v >= b, a row for each body that it sees.
-
-    Attributes:
-        rows: r, shape (k, p).
-        bounds: b, shape (k,) [m/s].
-        closing: Speed relative to the body's motion below which it is satisfied in any case, shape (k,)
-            [m/s].
-        motion: Speed of the body, shape (k,) [m/s].
-        mates: Whether it is a teammate that has not failed, shape (k,).
-        gaps: How far the robot goes before each body could touch it, shape (k,) [m].
-        followed: Whether the robot and a teammate follow the same target, shape (k,).
-        spread: By how much the motion that two robots share may differ from that of the robot's team [m/s].
-    """
-
-    rows: Array
-    bounds: Array
-    closing: Array
-    motion: Array
-    mates: Mask
-    gaps: Array
-    followed: Mask
-    spread: float
-
-    def within(self, speed: float, beside: float) -> tuple[Array, Array, Array, Array]:
-        """Return the rows and bounds that count up to two speeds, with whom each is shared, and the gaps."""
-        could = np.where(self.mates, beside + self.spread, speed + self.motion) - self.closing
-        kept = np.flatnonzero((could >= 0.0) & (self.bounds >= -speed))
-        kept = kept[np.argsort(-self.bounds[kept], kind="stable")][:MOST]
-        shared = np.where(self.mates, np.where(self.followed, 1.0, SHARED), 0.0)
-        return self.rows[kept], self.bounds[kept], shared[kept], self.gaps[kept]
-
-
-def constraints_of(avoid: AvoidObstacles, rules: Rules, now: Situation) -> list[Constraints]:
-    """Return the constraints of each robot.
-
-    Args:
-        avoid: Gives safe distances.
-        rules: How fast robots may come nearer.
-        now: The situation.
-    """
-    setup, q, lost = now.setup, now.q, now.team.lost
-    heard = now.heard if now.setup.hears(avoid) else None
-    m, n = setup.obstacle_position.shape[0], len(q)
-    away, distance, safe = bodies_nearby(avoid, now)
-    radii = np.concatenate([setup.seen_radius, setup.robot_radius])
-    gaps = distance if avoid.measure == "surface" else distance - setup.robot_radius[:, None] - radii
-    seen = np.hstack(
-        [in_range(gaps[:, :m], setup.sensing.obstacles), in_range(gaps[:, m:], setup.sensing.robots)]
-    )
-    if heard is not None:
-        seen[:, m:][heard.known] = 0.0
-        gaps = gaps + np.hstack([np.zeros((n, m)), heard.ball])
-    frame = now.c_dot * setup.target_feedforward
-    share = np.concatenate([np.ones(m), np.where(lost, 1.0, 0.5)])
-    alike, mutual = np.full((n, n), rules.target_radius > 0.0), np.repeat(frame[:, None], n, axis=1)
-    spread = np.zeros(n)
-    if now.members is not None:
-        alike = now.members[:, None] == now.members
-        other = 0.0 if setup.informed else 0.5 * (frame[:, None] + frame)
-        mutual = np.where(alike[..., None], mutual, other)
-        most = np.linalg.norm(mutual - frame[:, None], axis=2).max()
-        spread = rules.foresees * (np.linalg.norm(frame, axis=1) if setup.informed else np.full(n, most))
-    found: list[Constraints] = []
-    for i in range(n):
-        wanted = (safe[i] > 0.0) & np.isfinite(seen[i])
-        rows, margin = away[i, wanted], (distance - safe)[i, wanted]
-        reach = (safe[i] + (setup.robot_radius[i] + radii) * (avoid.measure == "surface"))[wanted]
-        between = gaps[i, wanted]
-        motion = np.vstack([setup.obstacle_velocities(), np.where(lost[:, None], now.v, mutual[i])])
-        mates = now.v if heard is None else heard.velocity[i]
-        velocity, shares, own = motion[wanted], share[wanted], np.vstack([0.0 * motion[:m], mates])[wanted]
-        if rules.target_distance > 0.0:
-            x = q[i] - now.c[i]
-            length = float(np.linalg.norm(x))
-            bodies = (setup.robot_radius[i] + rules.target_radius) * (avoid.measure == "surface")
-            rows = np.vstack([rows, x / length if length > 0.0 else np.eye(len(x))[0]])
-            reach = np.append(reach, bodies + rules.target_distance)
-            between = np.append(between, length - setup.robot_radius[i] - rules.target_radius)
-            margin = np.append(margin, length - reach[-1])
-            velocity, shares = np.vstack([velocity, now.c_dot[i]]), np.append(shares, 1.0)
-            own = np.vstack([own, now.c_dot[i]])
-        kept = ~((rules.cone != 0.0) & (margin > 0.0))
-        rows, margin, reach, velocity, shares, between = (
-            each[kept] for each in (rows, margin, reach, velocity, shares, between)
-        )
-        along = rules.foresees * np.sum(rows * velocity, axis=1)
-        speed = rules.foresees * np.linalg.norm(velocity, axis=1)
-        lead = [lead_of(float(each), setup.max_speed) for each in speed] * ((shares == 1.0) & (along > 0.0))
-        size = np.vstack([setup.obstacle_extent, np.zeros((n + 1, q.shape[1]))])
-        kinds = np.append(np.flatnonzero(wanted), m + n)[: len(kept)][kept]
-        wide = np.array(
-            [widths(size[b], u) if s else 0.0 for b, u, s in zip(kinds, velocity, lead, strict=True)]
-        )
-        full = np.array([approach(float(each), rules) for each in margin - lead * (reach + wide)])
-        pursuit = rules.foresees * np.sum(rows * own[kept], axis=1)
-        bounds = along - shares * full
-        between = between / (1.0 + np.maximum(along, 0.0) * (shares == 1.0) / setup.max_speed)
-        shared = (shares < 1.0) & (rules.foresees != 0.0)
-        bounds = np.where(shared, np.maximum(bounds, pursuit - full), bounds)
-        closing = np.where(shared, np.minimum(shares * full, full + along - pursuit), shares * full)
-        for j in np.flatnonzero(lead):
-            x, straight = rows[j] * (margin[j] + reach[j]), along[j] - approach(float(margin[j]), rules)
-            x = q[i] - setup.obstacle_position[kinds[j]] if wide[j] > 0.0 else x
-            rows[j], bounds[j] = left_path(x, reach[j] + wide[j], now.v[i], velocity[j], rules)
-            straight = min(straight, setup.max_speed**2 / speed[j])
-            bounds[j] = min(bounds[j], aside_of(straight, setup.max_speed))
-            if bounds[j] > 0.0:
-                rows, bounds = np.vstack([rows, velocity[j] / speed[j]]), np.append(bounds, straight)
-                closing, speed, shares, between = (
-                    np.append(x, x[j]) for x in (closing, speed, shares, between)
-                )
-        same = np.concatenate([np.zeros(m, dtype=bool), alike[i], [False]])[kinds]
-        followed = np.append(same, np.zeros(len(rows) - len(same), dtype=bool))
-        found.append(Constraints(rows, bounds, closing, speed, shares < 1.0, between, followed, spread[i]))
-    return found

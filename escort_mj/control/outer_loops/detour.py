@@ -20,14 +20,13 @@ from typing import TYPE_CHECKING, Annotated, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from escort_mj.control.outer_loops.nearby import turn, turned
+from escort_mj.control.outer_loops.nearby import turn
 from escort_mj.control.outer_loops.nearest_velocity import speed_along
 from escort_mj.native.fields import Array as Field
 from escort_mj.native.fields import Fields, Value
 from escort_mj.native.kernels import DOUBLE, inlined, stack_memory, vector_at
 
 if TYPE_CHECKING:
-    from escort_mj.control.setup import Setup
     from escort_mj.memory.layout import State
 
 Array = NDArray[np.float64]
@@ -171,37 +170,3 @@ def keep_detour(robot: int, found: Detour, state: State) -> None:
     state.detour_for[robot] = found.held
     state.detour_progress[robot] = found.progress
     state.detour_limit[robot] = found.limit
-
-
-# The same in plain NumPy.
-
-
-def memory_of(setup: Setup) -> dict[str, Array]:
-    """Return the state as the NumPy form keeps it, each of shape (n,)."""
-    return {name: np.zeros(setup.count) for name in (*NAMES, "detour_time")}
-
-
-def boundary(side: float, speed: float, rows: Array, bounds: Array, shared: Array) -> Array:
-    """Return the velocity along the boundary of the most binding constraint, shape (p,) [m/s]."""
-    r, p = rows[int(np.argmax(np.where(shared < 1.0, bounds, -np.inf)))], rows.shape[1]
-    across = turned(r)
-
-    def velocity(angle: float, share: float) -> Array:
-        return share * speed * (math.sin(side * angle) * across - math.cos(angle) * r)
-
-    share, width = 1.0, 2.0 * math.pi / DIRECTIONS
-    while share >= FREE:
-        steps = [
-            step for step in range(1, DIRECTIONS) if (rows @ velocity(step * width, share) >= bounds).all()
-        ]
-        if steps:
-            blocked, free = (steps[0] - 1) * width, steps[0] * width
-            for _ in range(HALVINGS):
-                middle = 0.5 * (blocked + free)
-                if (rows @ velocity(middle, share) >= bounds).all():
-                    free = middle
-                else:
-                    blocked = middle
-            return velocity(free, share)
-        share *= 0.5
-    return np.zeros(p)

@@ -8,13 +8,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from escort_mj.behaviors import AvoidObstacles
 from escort_mj.behaviors.avoid_obstacles import POLAR
 from escort_mj.native.kernels import inlined
 from escort_mj.numerics.vectors import make_unit
 
 if TYPE_CHECKING:
-    from escort_mj.behaviors.task import Situation
+    pass
 
 Array = NDArray[np.float64]
 
@@ -106,38 +105,3 @@ def turn(r: Array, tangent: Array) -> None:
         square += tangent[k] * tangent[k] + tangent[k + 1] * tangent[k + 1]
     for k in range(p):
         tangent[k] /= math.sqrt(square)
-
-
-# The same in plain NumPy.
-
-
-def bodies_nearby(avoid: AvoidObstacles, now: Situation) -> tuple[Array, Array, Array]:
-    """Every obstacle and teammate as each robot sees it, obstacles first.
-
-    Returns:
-        Unit vectors away from them, shape (n, m + n, p); distances as the behavior measures them, of what
-        is heard to where it may be by now, and the least ones [m], shape (n, m + n), the latter 0 where
-        nothing is avoided.
-    """
-    q, setup = now.q, now.setup
-    teammates, balls, mates = avoid.teammates_of(q, setup, now.team.lost, now.heard)
-    offsets = q[:, None] - np.concatenate([setup.obstacles_seen()[:-1], teammates], axis=1)
-    distance = np.linalg.norm(offsets, axis=2)
-    away = np.where(distance[..., None] > 0.0, offsets, np.eye(q.shape[1])[0])
-    away = away / np.linalg.norm(away, axis=2, keepdims=True)
-    if avoid.measure == "surface":
-        radii = np.concatenate([setup.seen_radius, setup.robot_radius])
-        distance = distance - setup.robot_radius[:, None] - radii
-    distance[:, -len(q) :] -= balls
-    safe = np.hstack([np.full((len(q), len(setup.obstacle_position)), avoid.safe_distance), mates])
-    return away, distance, safe
-
-
-def turned(r: Array) -> Array:
-    """Return the unit vector counterclockwise across another, shape (p,)."""
-    p, across = len(r), np.zeros_like(r)
-    first = 1 if p % 2 and abs(r[-1]) > POLAR * np.linalg.norm(r) else 0
-    paired = slice(first, first + p - p % 2)
-    pairs = r[paired].reshape(-1, 2)
-    across[paired] = np.stack([-pairs[:, 1], pairs[:, 0]], axis=1).ravel()
-    return np.asarray(across / np.linalg.norm(across))

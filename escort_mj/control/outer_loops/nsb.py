@@ -2,11 +2,7 @@
 
 from typing import ClassVar, Literal
 
-from escort_mj.behaviors import Behavior
-from escort_mj.behaviors.task import Situation
-from escort_mj.control.nsb import outer_loop
-from escort_mj.control.outer_loops.outer_loop import Mask, OuterLoop
-from escort_mj.native.fields import Array
+from escort_mj.control.outer_loops.outer_loop import OuterLoop
 
 
 class Nsb(OuterLoop):
@@ -14,7 +10,3 @@ class Nsb(OuterLoop):
 
     title: ClassVar[str] = "NSB"
     loop: Literal["nsb"] = "nsb"
-
-    def velocities(self, behaviors: tuple[Behavior, ...], now: Situation) -> tuple[Array, Mask]:
-        """Return the behaviors composed by priority, and who avoids."""
-        return outer_loop(behaviors, now)

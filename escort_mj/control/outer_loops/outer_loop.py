@@ -6,11 +6,8 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from escort_mj.behaviors import AvoidObstacles, Behavior
-from escort_mj.behaviors.task import Situation
 from escort_mj.components.component import Component
 from escort_mj.components.parameters import UNLIMITED
-from escort_mj.native.fields import Array
 from escort_mj.native.kernels import merged
 
 if TYPE_CHECKING:
@@ -45,15 +42,6 @@ class OuterLoop(Component):
         """Return the distance that it keeps to the target [m]."""
         return 0.0
 
-    def velocities(self, behaviors: tuple[Behavior, ...], now: Situation) -> tuple[Array, Mask]:
-        """Return v_d, shape (n, p) [m/s], and who avoids, shape (n,).
-
-        Args:
-            behaviors: By priority, the most important first.
-            now: The situation.
-        """
-        raise NotImplementedError
-
 
 @merged
 def runs_now(robot: int, phase: int, plan: "Plan", state: "State") -> bool:
@@ -72,19 +60,3 @@ def slow_down(robot: int, plan: "Plan", state: "State") -> None:
         share = plan.max_speed / math.sqrt(square)
         for k in range(state.q.shape[1]):
             state.v_d[robot, k] *= share
-
-
-# The same in plain NumPy.
-
-
-def slowed(velocity: Array, max_speed: float) -> Array:
-    """Return velocities within the speed limit, along the same directions, shape (n, p) [m/s]."""
-    speed = np.linalg.norm(velocity, axis=1, keepdims=True)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        return velocity * np.where(speed > max_speed, max_speed / speed, 1.0)
-
-
-def split(behaviors: tuple[Behavior, ...]) -> tuple[tuple[Behavior, ...], list[AvoidObstacles]]:
-    """Return the behaviors that say where to go, and those that avoid obstacles."""
-    going = tuple(behavior for behavior in behaviors if not behavior.avoids)
-    return going, [behavior for behavior in behaviors if isinstance(behavior, AvoidObstacles)]

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from escort_mj.control.outer_loops.nearby import turn, turned
+from escort_mj.control.outer_loops.nearby import turn
 from escort_mj.native.kernels import inlined
 from escort_mj.numerics.vectors import length_of
 
@@ -142,28 +142,3 @@ def leave_path(apart: float, reach: float, v: Array, motion: Array, rules: Rules
     for k in range(p):
         direction[k] /= length
     return -approach(inner / length - reach, rules)
-
-
-# The same in plain NumPy.
-
-
-def widths(extent: Array, motion: Array) -> float:
-    """Return how far a box reaches to the side of its path, see `breadth` [m]."""
-    share = motion / np.linalg.norm(motion)
-    return float(extent @ np.sqrt(np.maximum(1.0 - share * share, 0.0)))
-
-
-def left_path(x: Array, reach: float, v: Array, motion: Array, rules: Rules) -> tuple[Array, float]:
-    """Return the direction away from a body's path, and the speed that way; x is where a robot is from it."""
-    along = motion / np.linalg.norm(motion)
-    aside = x - (x @ along) * along
-    across = v - (v @ along) * along
-    side, arrives = float(np.linalg.norm(across)), float(x @ along / np.linalg.norm(motion))
-    later = aside + min(horizon(side, rules) / max(side, 1e-300), arrives) * across
-    length = float(np.linalg.norm(later))
-    r, missing = (
-        (later / length, reach - aside @ later / length)
-        if length > HEAD_ON * np.linalg.norm(x)
-        else (turned(along), reach)
-    )
-    return r, -approach(float(-missing), rules)

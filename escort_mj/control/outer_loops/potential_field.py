@@ -8,13 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import PositiveFloat
 
-from escort_mj.behaviors import AvoidObstacles, Behavior
-from escort_mj.behaviors.task import Situation
 from escort_mj.behaviors.wish import MAX_DIRECTIONS
 from escort_mj.components.obstacles import obstacles_seen
 from escort_mj.control.nsb import AVOID_OBSTACLES, avoidance_of, set_velocities, wish
-from escort_mj.control.outer_loops.nearby import bearing, bodies_nearby, reach_of
-from escort_mj.control.outer_loops.outer_loop import OuterLoop, runs_now, slow_down, slowed, split
+from escort_mj.control.outer_loops.nearby import bearing, reach_of
+from escort_mj.control.outer_loops.outer_loop import OuterLoop, runs_now, slow_down
 from escort_mj.knowledge.belief import target_velocity_rows
 from escort_mj.knowledge.teammates import may_be, places_of
 from escort_mj.native.fields import Array
@@ -44,18 +42,6 @@ class PotentialField(OuterLoop):
     """Gain of the repulsion [m^4/s]."""
     least_distance: PositiveFloat = 0.2
     """Distance below which the repulsion stops growing [m]."""
-
-    def velocities(self, behaviors: tuple[Behavior, ...], now: Situation) -> tuple[Array, Mask]:
-        """Return the sum of all wishes and repulsions, within the speed limit, and who is repelled."""
-        escorting, avoiding = split(behaviors)
-        active = np.zeros(len(now.q), dtype=bool)
-        velocity = now.c_dot * now.setup.target_feedforward
-        for behavior in escorting:
-            velocity = velocity + behavior.velocity(now)
-        for avoid in avoiding:
-            push, active = repulsions(self, avoid, now)
-            velocity = velocity + push
-        return slowed(velocity, now.setup.max_speed), active
 
     def velocity_lanes(self, i: int, phase: int, plan: Plan, state: State) -> None:
         """The same for robots i to i + 7, compiled."""
@@ -160,16 +146,3 @@ def _repel(
     speed = gain * max(1.0 / distance - 1.0 / safe, 0.0) / (distance * distance)
     for k in range(total.shape[0]):
         total[k] += speed * direction[k]
-
-
-# The same in plain NumPy.
-
-
-def repulsions(field: PotentialField, avoid: AvoidObstacles, now: Situation) -> tuple[Array, Mask]:
-    """What obstacles and teammates add to each robot's velocity, shape (n, p) [m/s], and to whose, (n,)."""
-    away, distance, safe = bodies_nearby(avoid, now)
-    near = (distance < safe) & (safe > 0.0)
-    d = np.maximum(distance, field.least_distance)
-    with np.errstate(divide="ignore"):
-        speed = np.where(near, field.gain * np.maximum(1.0 / d - 1.0 / safe, 0.0) / d**2, 0.0)
-    return np.einsum("ij,ijk->ik", speed, away), np.asarray(near.any(axis=1))

@@ -8,45 +8,33 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal
 import numpy as np
 from pydantic import NonNegativeFloat, PositiveFloat
 
-from escort_mj.behaviors import AvoidObstacles, Behavior
+from escort_mj.behaviors import AvoidObstacles
 from escort_mj.behaviors.avoid_obstacles import mate_within
-from escort_mj.behaviors.task import Situation
 from escort_mj.components.obstacles import obstacle_places
 from escort_mj.components.parameters import UNLIMITED
-from escort_mj.control.nsb import AVOID_OBSTACLES, avoidance_of, outer_loop, ruled
+from escort_mj.control.nsb import AVOID_OBSTACLES, avoidance_of, ruled
 from escort_mj.control.outer_loops.constraints import (
     MOST,
-    Constraints,
-    constraints_of,
     fastest_obstacle,
     find_constraints,
     team_motion,
     team_spread,
 )
 from escort_mj.control.outer_loops.detour import (
-    NAMES,
-    Detour,
-    boundary,
     detour_of,
     follow_boundary,
     keep_detour,
-    memory_of,
     next_detour,
 )
 from escort_mj.control.outer_loops.nearest_velocity import (
     STIFFNESS,
-    aside,
     break_least,
-    broken_least,
     contradict,
-    contradicting,
     keep_limit,
-    kept_limit,
-    nearest,
     nearest_velocity,
     step_aside,
 )
-from escort_mj.control.outer_loops.outer_loop import OuterLoop, runs_now, slow_down, slowed, split
+from escort_mj.control.outer_loops.outer_loop import OuterLoop, runs_now, slow_down
 from escort_mj.control.outer_loops.passing import FASTER, Rules, breadth_of, lead_of
 from escort_mj.knowledge.belief import target_rows, target_speed, target_velocity_rows
 from escort_mj.knowledge.teammates import find_nearest_heard
@@ -71,7 +59,6 @@ from escort_mj.numerics.neighbors import seen_neighbors
 from escort_mj.numerics.vectors import length_of
 
 if TYPE_CHECKING:
-    from escort_mj.control.outer_loops.outer_loop import Mask
     from escort_mj.control.setup import Setup
     from escort_mj.memory.layout import Plan, State
 
@@ -151,62 +138,6 @@ class SetBased(OuterLoop):
     def target_margin(self, setup: Setup) -> float:
         """Return the distance that it keeps to the target [m]."""
         return self.rules(setup).target_distance
-
-    def velocities(self, behaviors: tuple[Behavior, ...], now: Situation) -> tuple[Array, Mask]:
-        """Return the escort behaviors' velocities, changed by as little as safety takes, and whose are."""
-        escorting, avoiding = split(behaviors)
-        active = np.zeros(len(now.q), dtype=bool)
-        velocity, _ = outer_loop(escorting, now)
-        rules, memory = self.rules(now.setup), now.memory
-        for name, empty in memory_of(now.setup).items():
-            memory.setdefault(name, empty)
-        for avoid in avoiding:
-            for i, found in enumerate(constraints_of(avoid, rules, now)):
-                frame = now.c_dot[i] * rules.foresees * now.setup.target_feedforward
-                velocity[i], active[i] = self._one(i, avoid, found, velocity[i], frame, now)
-        return slowed(velocity, now.setup.max_speed), active
-
-    def _one(
-        self, i: int, avoid: AvoidObstacles, every: Constraints, wanted: Array, frame: Array, now: Situation
-    ) -> tuple[Array, bool]:
-        """Return one robot's velocity, and whether constraints change it."""
-        memory, nominal, side = now.memory, wanted, 0.0
-        speed, beside = float(np.linalg.norm(wanted)), float(np.linalg.norm(wanted - frame))
-        elapsed, fastest = now.time - memory["detour_time"][i], speed
-        memory["detour_time"][i] = now.time
-        decided, most = False, now.setup.max_speed
-        if self.patience is not None:
-            beside += 2.0 * float(np.linalg.norm(now.c_dot[i]))
-        while True:
-            rows, bounds, shared, gaps = every.within(fastest, beside)
-            start = aside(avoid.sidestep, rows, bounds, wanted) if side == 0.0 else nominal
-            v, moved = nearest(rows, bounds, start)
-            reached, relative = float(np.linalg.norm(v)), float(np.linalg.norm(v - frame))
-            if reached > fastest or relative > beside:
-                fastest, beside = max(fastest, reached), max(beside, relative)
-                continue
-            if self.patience is not None and not decided:
-                decided = True
-                square = max(speed * speed, 1e-300)
-                advance = float(now.v[i] @ wanted) / math.sqrt(square)
-                found = next_detour(
-                    Detour(*(float(memory[name][i]) for name in NAMES)), elapsed, moved,
-                    float(v @ wanted) / square, advance,
-                    float((1.0 - shared)[bounds >= -speed].max(initial=0.0)), self.patience, self.turn_back,
-                )  # fmt: skip
-                for name, value in zip(NAMES, found, strict=True):
-                    memory[name][i] = value
-                side = found.side
-                if side != 0.0:
-                    nominal = boundary(side, speed, rows, bounds, shared)
-                    continue
-            kept = None if contradicting(rows, bounds, start, v) else kept_limit(rows, bounds, most, v)
-            if kept is None:
-                kept = broken_least(rows, bounds, gaps, avoid.safe_distance, most, start)
-            reached, relative = float(np.linalg.norm(kept)), float(np.linalg.norm(kept - frame))
-            if not (reached > fastest or relative > beside):
-                return kept, moved or side != 0.0
-            fastest, beside = max(fastest, reached), max(beside, relative)
 
     def velocity_lanes(self: Any, i: int, phase: int, plan: Plan, state: State) -> None:
         """The same for robots i to i + 7, compiled: what the escort behaviors want stands in `v_d`."""

@@ -24,7 +24,7 @@ from escort_mj.native.compiler.numba_parts import (
 
 F = TypeVar("F", bound=Callable[..., Any])
 
-# No reassociation and no "NaN cannot happen": kernels must agree with their NumPy twin and see a NaN.
+# No reassociation and no "NaN cannot happen": kernels must agree with themselves interpreted and see a NaN.
 # Kernels see borrowed memory only, so numba's reference counting (half of the time, else) is off.
 OPTIONS: dict[str, Any] = {"error_model": "numpy", "fastmath": {"contract"}, "nogil": True, "_nrt": False}
 # They are not called from Python or C.

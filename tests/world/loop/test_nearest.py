@@ -4,7 +4,6 @@ import mujoco
 import numpy as np
 import pytest
 
-from escort_mj.control.reference import ReferenceController
 from escort_mj.mission import fly
 from escort_mj.scenario import parse_scenario
 from escort_mj.scenario.geometry.obstacles import obstacles_of
@@ -13,6 +12,7 @@ from escort_mj.scenario.reader.dump import flow
 from escort_mj.world.callback import native_loop
 from escort_mj.world.model.build import World, build
 from escort_mj.world.plant import Plant
+from tests.oracle.reference import ReferenceController
 
 PLANAR = {
     "duration": 20,

@@ -9,11 +9,12 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from tests.oracle.setup import SetupNow, radius_at
+
 if TYPE_CHECKING:
-    from escort_mj.control.failure import KnownRobots
-    from escort_mj.control.opponents import Threats
-    from escort_mj.control.setup import Setup
-    from escort_mj.knowledge.teammates import Heard
+    from tests.oracle.failure import KnownRobots
+    from tests.oracle.opponents import Threats
+    from tests.oracle.teammates import Heard
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -44,7 +45,7 @@ class Situation:
         memory: State of the outer loop, arrays of shape (n,) by name; changed.
     """
 
-    setup: Setup
+    setup: SetupNow
     team: KnownRobots
     rotation: Array
     q: Array
@@ -68,7 +69,7 @@ class Situation:
         if self.members is None:
             return np.full(len(self.q), self.setup.radius)
         moment = self.time + 0.5 * self.setup.timestep
-        return np.array([team.radius_at(moment) for team in self.setup.teams])[self.members]
+        return np.array([radius_at(team, moment) for team in self.setup.teams])[self.members]
 
     def once(self, key: Any, find: Callable[[], T]) -> T:
         """Return what is found, which a situation finds once for each key."""

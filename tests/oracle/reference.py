@@ -1,4 +1,4 @@
-"""The law once more, in plain NumPy and straight from the paper: the twin of the compiled kernels.
+"""The law once more, in plain NumPy and straight from the paper: the oracle of the kernels.
 
 Here the team is one vector of p n coordinates. A behavior is a task with the paper's block-diagonal
 Jacobian J, shape (n, p n); its velocity is J^+ Lambda sigma~ and its null space I - J^+ J, with
@@ -17,22 +17,23 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from escort_mj.behaviors.formation import Places
-from escort_mj.behaviors.goal import GoalsReached
-from escort_mj.behaviors.task import Situation
-from escort_mj.behaviors.vertices import turned_rotation
 from escort_mj.components.views import LawView
-from escort_mj.control.conflicts import Tasks, weigh
-from escort_mj.control.failure import KnownRobots, motors
-from escort_mj.control.knowing import Minds
-from escort_mj.control.opponents import Threats, Watch
 from escort_mj.control.setup import Setup
-from escort_mj.control.supervisor import Supervisor
-from escort_mj.control.teams import Teams
-from escort_mj.control.trigger import Holder
-from escort_mj.knowledge.teammates import places_heard, places_known
-from escort_mj.sensing.lidar import Scanner
-from escort_mj.sensing.measure import Instruments
+from tests.oracle.behaviors import turned_rotation
+from tests.oracle.conflicts import Tasks, weigh
+from tests.oracle.failure import KnownRobots, motors
+from tests.oracle.knowing import Minds
+from tests.oracle.laws import force
+from tests.oracle.opponents import Threats, Watch
+from tests.oracle.outer_loops import velocities
+from tests.oracle.places import GoalsReached, Places
+from tests.oracle.sensing import Instruments, Scanner
+from tests.oracle.setup import setup_now
+from tests.oracle.supervisor import Supervisor
+from tests.oracle.task import Situation
+from tests.oracle.teammates import places_heard, places_known
+from tests.oracle.teams import Teams
+from tests.oracle.trigger import Holder
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -79,7 +80,7 @@ class ReferenceController:
     """
 
     def __init__(self, setup: Setup, stride: int = 25, extra: Collection[int] = ()) -> None:
-        self.setup, self.stride, self.extra = setup, stride, extra
+        self.setup, self.stride, self.extra = setup_now(setup), stride, extra
 
     def reset(self, q0: Array) -> None:
         """Starts a mission at the true initial positions: q_d(0) = q(0), rho_hat(0) as the law says."""
@@ -232,7 +233,7 @@ class ReferenceController:
         for number, each in enumerate(setup.all_laws):
             mine = members == number if setup.laws else np.full(n, True)
             robots.rho_hat_rate[:] = 0.0
-            each.force(robots)  # type: ignore[attr-defined]
+            force(each, robots)  # type: ignore[attr-defined]
             tau[mine], rate[mine] = robots.tau[mine], robots.rho_hat_rate[mine]
         self._law_memory_rate = robots.law_memory_rate
 
@@ -260,7 +261,7 @@ class ReferenceController:
         for number in sorted(set(phase.tolist())):
             stack = self._supervisor.stack(number)
             then = replace(now, memory={name: array.copy() for name, array in self._memory.items()})
-            wanted, active = self.setup.outer.velocities(stack, then)
+            wanted, active = velocities(self.setup.outer, stack, then)
             mine = (phase == number) & fresh
             for name, array in then.memory.items():
                 memory.setdefault(name, array.copy())[mine] = array[mine]
