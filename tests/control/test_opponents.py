@@ -13,6 +13,7 @@ from escort_mj.scenario.setup import controller_setup
 from tests.control.twins import TOLERANCE, Kernel
 from tests.oracle.opponents import Watch
 from tests.oracle.reference import ReferenceController
+from tests.oracle.setup import setup_now
 
 Array = NDArray[np.float64]
 STEP, STEPS = 0.1, 150
@@ -162,7 +163,7 @@ def standing(opponents: list[dict[str, object]]) -> tuple[Setup, Watch]:
         target={"radius": 0.3}, robots={"positions": [[3, 0], [0, 3]], "radius": 0.2}, opponents=opponents,
         mission={"radius": 3, "behaviors": ["guard", "surface"]},
     )  # fmt: skip
-    setup = controller_setup(scenario)
+    setup = setup_now(controller_setup(scenario))
     return setup, Watch(setup)
 
 

@@ -15,20 +15,21 @@ from escort_mj.control.outer_loops.nearest_velocity import (
     STIFFNESS,
     break_least,
     keep_limit,
-    nearest,
     nearest_velocity,
 )
 from escort_mj.control.outer_loops.passing import Rules, approach
 from escort_mj.control.outer_loops.potential_field import repulsion
 from escort_mj.control.setup import Setup
 from escort_mj.laws import ApdSmc
+from escort_mj.metrics.causes import least_change
 from escort_mj.native.compiler.declarations import jitted
 from escort_mj.scenario.schema.scenario import Scenario
 from escort_mj.sensing.sensors import Sensors
+from tests.oracle.constraints import constraints_of
 from tests.oracle.failure import KnownRobots
+from tests.oracle.nearest_velocity import broken_least, contradicting, kept_limit, nearest
 from tests.oracle.outer_loops import filtered as filtered_by
 from tests.oracle.outer_loops import repulsions
-from tests.oracle.set_based import broken_least, constraints_of, contradicting, kept_limit, least_change
 from tests.oracle.task import Situation
 
 

@@ -5,7 +5,7 @@ import pytest
 
 from escort_mj.control.outer_loops.passing import Rules, approach, aside_of, breadth, leave_path
 from escort_mj.native.compiler.declarations import jitted
-from tests.oracle.set_based import left_path, widths
+from tests.oracle.constraints import left_path, widths
 
 
 @jitted

@@ -13,6 +13,7 @@ from escort_mj.scenario.setup import controller_setup
 from tests.control.twins import TOLERANCE, Kernel, assert_same
 from tests.oracle.failure import KnownRobots as Formed
 from tests.oracle.reference import ReferenceController
+from tests.oracle.setup import setup_now
 from tests.oracle.teams import Teams
 
 STEP, STEPS = 0.1, 60
@@ -238,7 +239,7 @@ def standing(**demand: list[dict[str, float]]) -> tuple[Teams, Formed, Setup]:
         target=None, teams=teams, robots={"positions": [[x, 0] for x in (-3, 2, 3, 6.5, 7, 13)]},
         mission={"behaviors": behaviors},
     ))  # fmt: skip
-    return Teams(setup), Formed.whole(setup), setup
+    return Teams(setup), Formed.whole(setup), setup_now(setup)
 
 
 PLACES = np.array([[x, 0.0] for x in (-3, 2, 3, 6.5, 7, 13)])

@@ -13,7 +13,7 @@ from escort_mj.native.fields import declared
 from escort_mj.native.memory import shape_of
 from escort_mj.numerics.gaussian import START
 from tests.oracle.behaviors import turned_rotation
-from tests.oracle.estimators import Belief, believe, believed
+from tests.oracle.estimators import Belief, believe, believed, update
 from tests.oracle.failure import KnownRobots
 from tests.oracle.noise import normal
 from tests.oracle.radio import Auction, Mail, Message
@@ -89,7 +89,7 @@ class Minds:
                 if found is not None:
                     view.seen_position[i], view.seen_velocity[i] = found.position, found.velocity
                     view.seen_range[i], view.seen_bearing[i] = found.range, found.bearing
-                    estimator.update(view, i)
+                    update(estimator, view, i)
         self._news = np.full(setup.count, self.mail is None)
         members = np.zeros(setup.count, dtype=int) if teams is None else teams.members
         if self.mail is not None:
@@ -117,7 +117,7 @@ class Minds:
                     said, view.message[0] = message.belief, 0.0
                     view.sent_belief[0], view.sent_covariance[0] = said.x, said.covariance.ravel()
                     view.sent_belief_time[0], view.sent_fix[0] = said.time, said.fix
-                    estimator.update(view, i)
+                    update(estimator, view, i)
                     share = 1.0 / (len(self.mail.links[i]) + 1.0)
                     if teams is None or message.step >= teams.formed[members[i]]:
                         self.rotation[i] += share * (message.rotation - self.rotation[i])

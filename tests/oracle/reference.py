@@ -17,6 +17,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+import tests.oracle.set_based  # noqa: F401 (registers its velocities)
 from escort_mj.components.views import LawView
 from escort_mj.control.setup import Setup
 from tests.oracle.behaviors import turned_rotation
