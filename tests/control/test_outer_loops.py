@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+import tests.oracle.set_based  # noqa: F401 (registers its velocities)
 from escort_mj.behaviors import AvoidObstacles, Surface
 from escort_mj.components.parameters import UNLIMITED
 from escort_mj.control.outer_loops import OUTER_LOOPS, OuterLoop, PotentialField
@@ -29,7 +30,8 @@ from tests.oracle.constraints import constraints_of
 from tests.oracle.failure import KnownRobots
 from tests.oracle.nearest_velocity import broken_least, contradicting, kept_limit, nearest
 from tests.oracle.outer_loops import filtered as filtered_by
-from tests.oracle.outer_loops import repulsions
+from tests.oracle.outer_loops import repulsions, velocities
+from tests.oracle.setup import setup_now
 from tests.oracle.task import Situation
 
 
@@ -119,7 +121,7 @@ def situation(setup, q, lost, v=None):
     """What the NumPy forms see of a team far from its target."""
     turned = np.tile(np.eye(setup.axes), (len(q), 1, 1))
     v, team = np.zeros_like(q) if v is None else v, replace(KnownRobots.whole(setup), lost=lost)
-    return Situation(setup, team, turned, q, v, 0.0 * q, 0.0 * q + 100.0, 0.0 * q, q, v)
+    return Situation(setup_now(setup), team, turned, q, v, 0.0 * q, 0.0 * q + 100.0, 0.0 * q, q, v)
 
 
 def filtered(rules, setup, avoid, nominal, q, lost, v=None):
@@ -344,7 +346,7 @@ def test_the_least_change_is_the_least() -> None:
         def cost(x: np.ndarray, rows=rows, missing=missing) -> float:
             return float(x @ x + STIFFNESS * np.sum(np.maximum(missing - rows @ x, 0.0) ** 2))
 
-        x = least_change(rows, missing)
+        x = least_change(rows, missing, STIFFNESS)
         assert all(cost(x) <= cost(x + 1e-4 * rng.normal(size=3)) for _ in range(50))
 
 
@@ -354,7 +356,7 @@ def test_a_file_of_an_outer_loop_says_all_of_it(loop: type[OuterLoop]) -> None:
     assert loop.__module__ == f"escort_mj.control.outer_loops.{name}"
     assert loop.title and loop.__doc__
     assert [other for other in OUTER_LOOPS if name == other.model_fields["loop"].default] == [loop]
-    assert loop.velocities is not OuterLoop.velocities, "its equation in NumPy"
+    assert velocities.dispatch(loop) is not velocities.dispatch(OuterLoop), "the oracle has it"
     assert set(loop.numbers()) >= set(loop.model_fields) - {"loop"}, "what its kernel reads"
     assert loop.composes or "velocity_lanes" in vars(loop), "something writes the velocities"
     assert not loop.avoids or "velocity_lanes" in vars(loop), "something avoids"
@@ -378,7 +380,8 @@ def test_a_teammate_that_does_not_do_its_half_is_left_to_come_no_nearer(coming: 
     v[1] = [-coming, 0.0]
     rules = Rules(2.0, UNLIMITED, 0.0, 1.0, 0.0, 1.0)
     turned = np.tile(np.eye(2), (n, 1, 1))
-    now = Situation(setup, KnownRobots.whole(setup), turned, q, v, 0.0 * q, 0.0 * q + 1e4, 0.0 * q, q, v)
+    team = KnownRobots.whole(setup)
+    now = Situation(setup_now(setup), team, turned, q, v, 0.0 * q, 0.0 * q + 1e4, 0.0 * q, q, v)
     first, second = (constraints_of(avoid, rules, now)[robot].bounds[0] for robot in (0, 1))
     half = -0.5 * approach(-0.2, rules)
     assert first == pytest.approx(max(half, coming + 2.0 * half)), "away at least as fast as it comes"

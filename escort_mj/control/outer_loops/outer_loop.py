@@ -20,9 +20,9 @@ Mask = NDArray[np.bool_]
 class OuterLoop(Component):
     """How a robot's behaviors become one velocity.
 
-    A subclass has a key `loop` with its name, parameters, and its equation as `velocities`. What it does
-    beyond composing behaviors by priority stands beside that, compiled: `velocity_lanes(self, i, phase, plan,
-    state)` writes `v_d` and `avoidance_active` of robots i to i + 7, as far as the phase rules them.
+    A subclass has a key `loop` with its name and parameters. What it does beyond composing behaviors by
+    priority is `velocity_lanes(self, i, phase, plan, state)`, which writes `v_d` and `avoidance_active` of
+    robots i to i + 7, as far as the phase rules them.
     """
 
     title: ClassVar[str]
