@@ -64,8 +64,8 @@ class SanityExpectation(Windowed):
 
     @property
     def reads_samples(self) -> bool:
-        """It sees every physics step."""
-        return False
+        """Whether it checks the energy: forces and disturbance are read at samples."""
+        return "energy" in self.sanity
 
     @property
     def demanded(self) -> str:

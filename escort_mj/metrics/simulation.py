@@ -24,17 +24,17 @@ def fastest_points(trace: Recorded) -> NDArray[np.float64]:
 def tunneling(trace: Recorded) -> Measure:
     """Largest possible approach of two bodies per step, relative to the least thickness; tunneling above 1.
 
-    At most the sum of the two largest displacements in a physics step among robots, target and obstacles,
-    each that of its fastest point, turning included. It is of the fastest and the thinnest, so that it bounds
-    what any two bodies can do.
+    The sum of the two largest displacements in a physics step among robots, target and obstacles, each that
+    of its fastest point, turning included, in whichever step it occurs. It is of the fastest and the
+    thinnest, so that it bounds what any two bodies can do.
     """
     moving = (fastest_points(trace), trace["target_speed_max"].values, trace["obstacle_speed_max"].values)
     speeds = np.column_stack(moving)
-    steps = np.partition(speeds, -2, axis=1)[:, -2:].sum(axis=1, keepdims=True) * trace.attrs["timestep"]
     thickness, names = trace["body_thickness"].values, trace["body"].values
-    fastest = int(np.argmax(speeds[int(np.argmax(steps))]))
-    bodies = str(names[fastest]), str(names[int(np.argmin(thickness))])
-    return largest_of(trace, steps / float(thickness.min()), lambda index: bodies)
+    bodies = str(names[int(np.argmax(speeds.max(axis=0)))]), str(names[int(np.argmin(thickness))])
+    fastest = largest_of(trace, speeds, lambda index: bodies)
+    step = np.sort(speeds.max(axis=0))[-2:].sum() * trace.attrs["timestep"]
+    return fastest._replace(value=float(step / thickness.min()))
 
 
 @metric(unit="J", grows=True, rank=220, every_step=True)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -292,12 +292,77 @@ def take(plant: Plant, rows: Array, bound: float) -> tuple[int, Array, Outcome, 
     Returns:
         How many samples to keep, the contact episodes that ended among them, and how things stand.
     """
-    mark = plant.mark()
+    mark, began = plant.mark(), plant.steps
     taken, ended = plant.fill(rows)
     kept, outcome, message = examine(rows[:taken], plant, bound)
+    if outcome is Outcome.COMPLETED and (strayed := _strayed(plant, mark, began, rows[:taken], bound)):
+        kept, outcome, message = strayed
     if kept < taken:
         ended = take_back(plant, mark, kept)
     return kept, ended, outcome, message
+
+
+def _strayed(
+    plant: Plant, mark: Mark, began: int, block: Array, bound: float
+) -> tuple[int, Outcome, str] | None:
+    """Look between samples for a robot that was too far away for a moment.
+
+    Where the speeds since the sample before leave that open, the steps are taken once more, one by one.
+
+    Args:
+        plant: Has simulated the samples, and is left as it is.
+        mark: Where they begin.
+        began: How many physics steps had been taken there.
+        block: The samples, shape (k, record_size), in each of which all robots are near enough.
+        bound: See `bound_of`.
+
+    Returns:
+        How many samples there are to the first one after that, and how things stand; None if all is well.
+    """
+    sizes, schedule = plant.world.sizes, plant.world.schedule
+    timestep, first = plant.world.scenario.physics.timestep, schedule.before(began)
+    ends = [schedule.step(first + row) for row in range(len(block))]
+    elapsed = np.diff(ends, prepend=began)[:, np.newaxis] * timestep
+    robots, target = (block[:, columns(name, sizes)] for name in ("speed_max", "target_speed_max"))
+    nearer = bound - (robots + target) * elapsed
+    open_rows = np.flatnonzero((_distances(block, sizes) > nearer).any(axis=1))
+    if not len(open_rows):
+        return None
+    after = plant.mark()
+    plant.back_to(mark)
+    with stopping.deaf():
+        for row in open_rows:
+            plant.fill(np.empty((row + first - schedule.before(plant.steps), plant.world.record_size)))
+            while plant.steps < ends[row]:
+                plant.step(1)
+                now = plant.record
+                if far := _far_away(now[np.newaxis], sizes, bound):
+                    plant.back_to(after)
+                    return int(row) + 1, Outcome.DIVERGED, far[1]
+    plant.back_to(after)
+    return None
+
+
+def _distances(block: Array, sizes: Mapping[str, int]) -> Array:
+    """Distance of each robot to the target in some samples, shape (k, n) [m].
+
+    It is 0 of those that are lost: wherever they drift, the mission goes on.
+    """
+    place, target, lost = (block[:, columns(name, sizes)] for name in ("q", "target_position", "lost"))
+    away = place.reshape(len(block), sizes["robot"], sizes["axis"]) - target[:, np.newaxis]
+    return np.where(lost > 0.0, 0.0, np.linalg.norm(away, axis=2))
+
+
+def _far_away(block: Array, sizes: Mapping[str, int], bound: float) -> tuple[int, str] | None:
+    """Return the first sample with a robot beyond a distance to the target [m], and which, in words."""
+    distance = _distances(block, sizes)
+    far = distance.max(axis=1) > bound
+    if not far.any():
+        return None
+    first = int(np.argmax(far))
+    robot = int(np.argmax(distance[first]))
+    away = f"{distance[first, robot]:.0f} m from the target at {block[first, TIME]:.2f} s"
+    return first, f"robot {robot + 1} is {away}"
 
 
 def take_back(plant: Plant, mark: Mark, kept: int) -> Array:
@@ -332,7 +397,6 @@ def examine(block: Array, plant: Plant, bound: float) -> tuple[int, Outcome, str
         moment = f" at {failure.time:.2f} s"
         return int(before.sum()), Outcome.FAILED, f"a plugin raised an error{moment}: {failure.message}"
     sizes = plant.world.sizes
-    n, p = sizes["robot"], sizes["axis"]
     # Clearances are infinite where there is nothing to be clear of; everything else must be a number.
     law = block[:, columns("q", sizes).start : columns("disturbance", sizes).stop]
     finite = ~np.isnan(block).any(axis=1) & np.isfinite(law).all(axis=1)
@@ -341,15 +405,8 @@ def examine(block: Array, plant: Plant, bound: float) -> tuple[int, Outcome, str
         words = ", ".join(f"{name} ({count} times)" for name, count in warnings.items())
         words += _excess(block, plant)
         return keep, Outcome.UNSTABLE, f"MuJoCo warned by {block[-1, TIME]:.2f} s: {words}"
-    place, target, lost = (block[:keep, columns(name, sizes)] for name in ("q", "target_position", "lost"))
-    distance = np.linalg.norm(place.reshape(-1, n, p) - target[:, None], axis=2)
-    distance[lost > 0.0] = 0.0  # wherever a lost robot drifts, the mission goes on
-    far = distance.max(axis=1) > bound
-    if far.any():
-        first = int(np.argmax(far))
-        robot = int(np.argmax(distance[first])) + 1
-        far_away = f"{distance[first, robot - 1]:.0f} m from the target at {block[first, TIME]:.2f} s"
-        return first + 1, Outcome.DIVERGED, f"robot {robot} is {far_away}"
+    if far := _far_away(block[:keep], sizes, bound):
+        return far[0] + 1, Outcome.DIVERGED, far[1]
     if keep < len(block):
         moment = f" after {block[keep - 1, TIME]:.2f} s" if keep else ""
         return keep, Outcome.DIVERGED, f"the state is no longer a number{moment}"

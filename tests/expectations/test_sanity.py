@@ -141,4 +141,4 @@ def test_the_worst_of_several_checks_speaks():
     words = (
         "bodies come nearer by up to 1.05 of the thinnest's thickness a step (target and robot 1 at 0.00 s)"
     )
-    assert found.found == words
+    assert found.found == f"{words}; at samples of 1 s"  # which the energy is judged at

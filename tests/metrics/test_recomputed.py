@@ -296,7 +296,7 @@ class Recomputed:
     def tunneling(self) -> float:
         moved = np.concatenate([self.target[:, None], self.places], axis=1)
         speeds = [norm(self.v), norm(np.diff(moved, axis=0, prepend=moved[:1])) / DT]
-        two = np.sort(np.concatenate(speeds, axis=1), axis=1)[:, -2:].sum(axis=1).max()
+        two = np.sort(np.concatenate(speeds, axis=1).max(axis=0))[-2:].sum()
         return float(two * DT / min(body.thickness for body in self.bodies))
 
     def kinetic_energy_max(self) -> float:

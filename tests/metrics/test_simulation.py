@@ -14,6 +14,12 @@ class TestPhysics:
         found = measure("tunneling", make_trace(TIME, robots=2, speed_max=speed, target_speed_max=target))
         assert found[:3] == (pytest.approx(0.9), TIME[40], ("robot_2", "robot_1"))
 
+    def test_tunneling_does_not_depend_on_which_steps_share_a_sample(self, make_trace):
+        speed, target = np.ones((501, 1)), np.zeros(501)
+        speed[40], target[300] = 60.0, 80.0
+        found = measure("tunneling", make_trace(TIME, robots=1, speed_max=speed, target_speed_max=target))
+        assert found[:3] == (pytest.approx(140.0 * 0.002 / 0.4), TIME[300], ("target", "robot_1"))
+
     def test_a_moving_obstacle_can_be_the_fastest(self, make_trace):
         speed = np.zeros((501, 1))
         speed[41] = 100.0

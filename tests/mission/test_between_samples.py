@@ -38,18 +38,24 @@ WAYS = Scenario(
 )  # fmt: skip
 
 
+LOOK_BACK = ("outcome", "sanity", "tunneling", "kinetic_energy_max")  # their moments are those of samples
+LEAP = "{0}*exp(-400*(t-{1})**2)"
+
+
 def verdicts(scenario, rate):
     """What must not depend on the rate of recording, by the place of the expectation.
 
-    A run that diverges is found out at a sample, and `sanity` tells the sample of the worst step.
+    A run that diverges ends at the next sample: all that is alike of it is what held.
     """
     step, run = scenario.physics.timestep, fly(scenario.replace({"recording.rate": rate}))
+    if run.outcome.value != "completed":
+        return {one.expectation: (one.metric, one.held) for one in run.verdicts}
     return {
         one.expectation: (
             one.metric,
             one.held,
             None if one.value is None else pytest.approx(one.value, rel=1e-9, abs=1e-12),
-            None if one.time is None or one.metric in ("outcome", "sanity") else round(one.time / step),
+            None if one.time is None or one.metric in LOOK_BACK else round(one.time / step),
         )
         for one in run.verdicts
         if "at samples of" not in one.message
@@ -66,6 +72,40 @@ def test_four_rates_agree(compiled, scenario):
     every = round(1.0 / scenario.physics.timestep)
     reference = verdicts(scenario, every)
     assert len(reference) == len(scenario.expect) + 1
+    for rate in (1, 10, 50):
+        assert_equal(verdicts(scenario, rate), reference)
+
+
+@pytest.mark.parametrize(("leap", "held"), [(30.0, True), (100.0, False)])
+def test_a_run_diverges_at_any_rate(compiled, leap, held):
+    """Between two samples of 1 s the target is 30 or 100 m away, and all is over beyond 40 m."""
+    target = {"position": [LEAP.format(leap, 5.37), "0"]}
+    scenario = JUMPING.replace(target=target, expect=({"contacts": "none"}, {"sanity": ["finite"]}))
+    every = round(1.0 / scenario.physics.timestep)
+    reference = verdicts(scenario, every)
+    assert reference[None][1] is held and reference[1][1] is held
+    for rate in (1, 10, 50):
+        assert_equal(verdicts(scenario, rate), reference)
+
+
+def test_what_strayed_is_named_and_what_did_not_goes_on_with_the_same_bits(compiled):
+    far = {"position": [LEAP.format(100.0, 5.37), "0"]}
+    run = fly(JUMPING.replace({"recording.rate": 1}, target=far, expect=()))
+    assert "m from the target at 5.34 s" in run.message and round(run.trace["time"].values[-1], 6) == 6.0
+    near = JUMPING.replace(target={"position": [LEAP.format(39.0, 5.37), "0"]}, expect=())
+    coarse, fine = (fly(near.replace({"recording.rate": rate})) for rate in (1, 500))
+    assert coarse.passed and fine.passed
+    assert np.array_equal(coarse.trace["q"].values, fine.trace["q"].values[::500])
+    assert coarse.recording.sizes["episode"] == fine.recording.sizes["episode"]
+
+
+def test_tunneling_is_of_the_fastest_whenever_they_are(compiled):
+    cart = {"name": "cart", "radius": 0.2, "motion": {"position": [LEAP.format(3, 3.7), "8"]}}
+    scenario = JUMPING.replace(
+        duration=6.0, target={"position": [LEAP.format(3, 2.3), "0"]}, obstacles=(cart,),
+        expect=({"metric": "tunneling", "at_most": 0.5}, {"sanity": ["tunneling"]}),
+    )  # fmt: skip
+    reference = verdicts(scenario, 500)
     for rate in (1, 10, 50):
         assert_equal(verdicts(scenario, rate), reference)
 
