@@ -10,6 +10,8 @@ from typing import Annotated
 import typer
 
 from escort_mj.cli.app import (
+    GOOD,
+    VERDICT_FAILED,
     FiguresOption,
     JsonOption,
     OverwriteOption,
@@ -62,11 +64,13 @@ def judge_command(
     video: VideoOption = False,
     figures: FiguresOption = True,
     report: ReportOption = False,
+    strict: Annotated[bool, typer.Option(help="Fail unless every expectation is judged.")] = False,
     as_json: JsonOption = False,
 ) -> None:
     """Judge a log of real robots against a scenario, and write the result as a run folder.
 
-    Verdicts on quantities that the log does not contain neither pass nor fail.
+    Verdicts on quantities that the log does not contain neither pass nor fail; if nothing that the scenario
+    expects can be judged, the log fails.
 
     Example: escort-mj judge flight.csv --scenario mission.yaml
 
@@ -94,6 +98,8 @@ def judge_command(
         written = draw(folder.path, draw_figures, video, report)
     judged = [verdict for verdict in result.verdicts if not verdict.skip]
     missing = len(result.verdicts) - len(judged)
+    unasked = {place for place, one in enumerate(mission.expect) if one.skip is not None}
+    unknown = [verdict for verdict in result.verdicts if verdict.skip and verdict.expectation not in unasked]
     held = sum(verdict.passed for verdict in judged)
     words = f"; {missing} not judged" if missing else ""
     lines = [
@@ -106,7 +112,7 @@ def judge_command(
         "judge",
         as_json,
         lines,
-        exit_code(result),
+        exit_code(result) or (VERDICT_FAILED if strict and unknown else GOOD),
         scenario=result.scenario.name,
         message=result.message,
         verdicts=[asdict(verdict) for verdict in result.verdicts],

@@ -15,6 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.errors import LogError, UsageError
+from escort_mj.expect.verdicts import Verdict
+from escort_mj.expectations.outcome import OutcomeExpectation
 from escort_mj.judging.log import FORCE, POSITION, REFERENCE, Gap, Log, Track, Wanted
 from escort_mj.judging.messages import BAG, DATABASE, MCAP, is_messages, read_messages
 from escort_mj.judging.resampling import at, before, motion_of, totals_of, velocity_of, without_gaps
@@ -140,7 +142,25 @@ def judge_log(
         words += f"; {listed(missing)} not in the log, and not judged"
     flight = sum_up(scenario, recording, Outcome.COMPLETED, words, time.perf_counter() - clock)
     flight.seen = seen
+    flight.verdicts += _unless_some_judged(scenario, flight.verdicts)
     return flight
+
+
+def _unless_some_judged(scenario: Scenario, verdicts: Sequence[Verdict]) -> Iterator[Verdict]:
+    """Yield a verdict that fails if a log tells nothing of what a scenario expects beside an outcome."""
+    asked = {
+        place
+        for place, one in enumerate(scenario.expect)
+        if one.skip is None and one.kind != OutcomeExpectation.kind
+    }
+    skipped = {verdict.expectation for verdict in verdicts if verdict.skip}
+    if not asked or not asked <= skipped:
+        return
+    subject, demanded, found = "judged", "at least 1 expectation", f"0 of {len(asked)}"
+    yield Verdict(
+        subject, demanded, 0.0, "", None, "", -1.0, passed=False, near_miss=False, held=False,
+        message=f"{subject} {demanded}: {found}",
+    )  # fmt: skip
 
 
 def wanted_of(scenario: Scenario, names: Mapping[str, str]) -> Wanted:
@@ -329,7 +349,7 @@ def _scale_faults(log: Log, scenario: Scenario, start: float | None) -> Iterator
     """Positions of another unit than meters: the team is far larger or smaller than its formation."""
     begun, length = _span(log, scenario, start)
     tracks = [track for track in log.tracks.values() if len(track.time) > 1]
-    if len(tracks) < 2 or length <= 0.0 or not all(np.isfinite(one.values[POSITION]).all() for one in tracks):
+    if len(tracks) < 2 or length <= 0.0 or not all(one.sound for one in tracks):
         return
     times = np.linspace(begun, begun + length, MOMENTS)
     team = np.stack([at(times, track.time, track.values[POSITION]) for track in tracks])

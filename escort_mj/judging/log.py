@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -14,6 +15,7 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 POSITION, VELOCITY, FORCE, REFERENCE = "position", "velocity", "force", "reference_velocity"
+MOST = 1e30  # of a number in SI units: larger ones are none of a mission
 GAP, GAP_STAMPS = 0.5, 5.0  # a gap is longer than this [s] and than so many usual steps between two stamps
 
 
@@ -63,11 +65,15 @@ class Track:
             yield f"{self._place}: time is not ascending: {stamps}"
             return
         for name, values in self.values.items():
-            if not np.isfinite(values).all():
-                row = int(np.argmax(~np.isfinite(values).all(axis=1)))
-                yield f"{self._place}: {name} is not a finite number at {self.time[row]:.10g} s"
-        if VELOCITY in self.values and not (steps <= 0.0).any():
+            if words := unsound(self.time, values):
+                yield f"{self._place}: {name} {words}"
+        if VELOCITY in self.values and self.sound:
             yield from self._velocity_faults()
+
+    @cached_property
+    def sound(self) -> bool:
+        """Whether all of its values are numbers of a mission."""
+        return not any(unsound(self.time, values) for values in self.values.values())
 
     @cached_property
     def wide(self) -> NDArray[np.bool_]:
@@ -147,6 +153,23 @@ class Wanted:
     def bodies(self) -> tuple[str, ...]:
         """The robots, the target, and obstacles that move."""
         return (*self.robots, "target", *self.moving)
+
+
+def unsound(time: Array, values: Array) -> str:
+    """Return what is wrong with the first value that cannot be one of a mission, in words; empty for none.
+
+    Args:
+        time: Time stamps, shape (k,) [s].
+        values: Shape (k, ...).
+    """
+    wrong = ~(np.abs(values.reshape(len(values), -1)) <= MOST)
+    if not wrong.any():
+        return ""
+    row, column = np.argwhere(wrong)[0]
+    value, moment = float(values.reshape(len(values), -1)[row, column]), f"at {time[row]:.10g} s"
+    if not math.isfinite(value):
+        return f"is not a finite number {moment}"
+    return f"is {value:.3g} {moment}; expected numbers between -{MOST:g} and {MOST:g}"
 
 
 def differentiated(time: Array, values: Array) -> Array:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.errors import LogError, UsageError
-from escort_mj.judging.log import FORCE, POSITION, VELOCITY, Log, Track, Wanted
+from escort_mj.judging.log import FORCE, POSITION, VELOCITY, Log, Track, Wanted, unsound
 from escort_mj.scenario.findings import did_you_mean, listed, shortened
 from escort_mj.signals import SIGNALS, Signal
 
@@ -118,11 +118,15 @@ def _wide(path: Path, table: pandas.DataFrame, wanted: Wanted) -> Log:
         elif name in wanted.robots and POSITION not in quantities:
             columns = ", ".join(f"{label}.{axis}" for axis in wanted.axes)
             faults.append(f"{name}: no columns {columns}" + _similar(label, table.columns, called))
-    more = {
-        name: (time, values)
-        for name, columns in signals.items()
-        if (values := _signal(_SIGNALS[name], columns, table, wanted)) is not None
-    }
+    more: dict[str, tuple[Array, Array]] = {}
+    stamped = np.isin(time, np.hstack([[], *(tracks[name].time for name in wanted.robots if name in tracks)]))
+    for name, its in signals.items():
+        values = _signal(_SIGNALS[name], its, table, wanted)
+        if values is None or np.isnan(values).all():
+            continue
+        more[name] = time[stamped], values[stamped]
+        if words := unsound(*more[name]):
+            faults.append(f"{name} {words}")
     return Log(path, tracks, more, tuple(ignored), tuple(faults))
 
 

@@ -34,3 +34,25 @@ def test_exit_codes_and_counts(monkeypatch, capfd, tmp_path, compiled):
     assert [line.split(": ")[0] for line in err.splitlines()] == ["good.csv", "good.csv"]  # one line each
     code, _, err = call(monkeypatch, capfd, "judge", "good.csv", *usual, "--map", "robot_1=b")
     assert code == 2 and "robot_1 is named twice, a and b" in err
+
+
+def test_what_nobody_could_judge_is_no_pass(monkeypatch, capfd, tmp_path, compiled):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "still.yaml").write_text(SCENARIO)
+    times = [k / 20 for k in range(21)]
+    places = {"robot_1.x": 3.0, "robot_1.y": 0.0, "robot_2.x": -3.0, "robot_2.y": 0.0}
+    pandas.DataFrame({"time": times, **places}).to_csv("log.csv", index=False)
+
+    def code(*more):
+        return call(
+            monkeypatch, capfd, "judge", "log.csv", "--scenario", "still.yaml", "--no-figures", *more
+        )[0]
+
+    force = "{metric: force_rms, at_most: 1"
+    assert code() == 0 and code("--strict") == 1
+    assert code("--set", f"expect=[{force}}}, {{sanity: all}}]") == 1
+    told = json.loads((tmp_path / "renders" / "log-3" / "verdicts.json").read_text())
+    assert "judged at least 1 expectation: 0 of 2" in str(told)
+    skipped = f"expect=[{force}, skip: no motors were logged}}]"
+    assert code("--set", skipped) == 0 and code("--set", skipped, "--strict") == 0
+    assert code("--set", "expect=[]", "--strict") == 0

@@ -197,6 +197,24 @@ FAULTS = {
         lambda t: t.assign(**{"robot_2.y": t["robot_2.y"].where(t.time != 1.0)}),
         "not a finite number at 1 s",
     ),
+    "far out": (
+        lambda t: t.assign(**{"robot_2.y": t["robot_2.y"].where(t.time != 1.0, 1e300)}),
+        "robot_2: position is 1e[+]300 at 1 s; expected numbers between",
+    ),
+    "faster than anything": (
+        lambda t: t.assign(**{"robot_1.vx": 1e200, "robot_1.vy": 0.0}),
+        "robot_1: velocity is 1e[+]200 at 0 s",
+    ),
+    "an error from afar": (
+        lambda t: t.assign(
+            **{f"e.robot_{k}.{x}": np.where(t.time < 2, 0.1, -1e99) for k in (1, 2, 3) for x in "xy"}
+        ),
+        "e is -1e[+]99 at 2 s",
+    ),
+    "a hole in a signal": (
+        lambda t: t.assign(**{f"work.robot_{k}": t.time.where(t.time != 1.0) for k in (1, 2, 3)}),
+        "work is not a finite number at 1 s",
+    ),
     "time back": (
         lambda t: t.assign(time=t.time.where(t.time != 1.0, 0.5)),
         "time is not ascending: 0.5 s follows 0.98",
@@ -210,12 +228,21 @@ FAULTS = {
 }
 
 
+@pytest.mark.filterwarnings("error::RuntimeWarning")
 @pytest.mark.parametrize("fault", FAULTS)
 def test_a_wrong_log(run: Run, tmp_path: Path, fault: str) -> None:
     change, words = FAULTS[fault]
     change(positions(run)).to_csv(tmp_path / "log.csv", index=False)
     with pytest.raises(LogError, match=words):
         escort_mj.judge(tmp_path / "log.csv", run.scenario)
+
+
+@pytest.mark.filterwarnings("error::RuntimeWarning")
+def test_a_signal_without_any_number_is_not_logged(run: Run, tmp_path: Path) -> None:
+    empty = {f"e.robot_{k}.{x}": math.nan for k in (1, 2, 3) for x in "xy"}
+    positions(run).assign(**empty).to_csv(tmp_path / "log.csv", index=False)
+    judged = escort_mj.judge(tmp_path / "log.csv", run.scenario)
+    assert judged.verdicts[4].skip == "the log does not contain e" and judged.outcome == "completed"
 
 
 PASSING = """\
@@ -406,8 +433,11 @@ def test_what_nobody_logged_is_not_judged(compiled: None, tmp_path: Path, case: 
     target = "" if "target:" in keys else "target: {position: [0, 0]}\n"
     text = f"{REST_MISSION}{target}{keys}\nexpect: [{', '.join(expected)}]\n"
     judged = escort_mj.judge(resting(tmp_path), parse_scenario(text), tmp_path / "run")
-    assert [one.message for one in judged.verdicts[1:] if not one.skip] == []
-    assert all("the log does not contain" in one.skip for one in judged.verdicts[1:])
+    assert [one.message for one in judged.verdicts[1:] if not one.skip] == [
+        f"judged at least 1 expectation: 0 of {len(expected)}"
+    ]
+    assert not judged.passed
+    assert all("the log does not contain" in one.skip for one in judged.verdicts[1:-1])
     assert (f"{body} not in the log" in judged.message) == bool(body)
     assert escort_mj.open_run(tmp_path / "run").verdicts == judged.verdicts
 
