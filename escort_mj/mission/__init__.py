@@ -26,7 +26,7 @@ from escort_mj.scenario import dump_scenario
 from escort_mj.scenario.reader.catalog import catalog_of
 from escort_mj.scenario.reader.dump import short_dump
 from escort_mj.scenario.schema.scenario import Scenario
-from escort_mj.signals import TIME, columns
+from escort_mj.signals import RADII, TIME, columns
 from escort_mj.world.callback import callbacks, native_loop
 from escort_mj.world.labels import labels_of
 from escort_mj.world.model.build import Seen, World, build
@@ -353,14 +353,22 @@ def _distances(block: Array, sizes: Mapping[str, int]) -> Array:
     return np.where(lost > 0.0, 0.0, np.linalg.norm(away, axis=2))
 
 
+def _limits(block: Array, sizes: Mapping[str, int], bound: float) -> Array:
+    """Distances to the target beyond which a mission has diverged, whose radius may grow, shape (k, n) [m]."""
+    limits = np.full((len(block), sizes["robot"]), bound)
+    if not sizes.get(RADII):
+        return limits
+    return np.maximum(limits, DIVERGED_BEYOND * block[:, columns("kept_radius", sizes)])
+
+
 def _far_away(block: Array, sizes: Mapping[str, int], bound: float) -> tuple[int, str] | None:
     """Return the first sample with a robot beyond a distance to the target [m], and which, in words."""
     distance = _distances(block, sizes)
-    far = distance.max(axis=1) > bound
+    far = distance > _limits(block, sizes, bound)
     if not far.any():
         return None
-    first = int(np.argmax(far))
-    robot = int(np.argmax(distance[first]))
+    first = int(np.argmax(far.any(axis=1)))
+    robot = int(np.argmax(np.where(far[first], distance[first], 0.0)))
     away = f"{distance[first, robot]:.0f} m from the target at {block[first, TIME]:.2f} s"
     return first, f"robot {robot + 1} is {away}"
 

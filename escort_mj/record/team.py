@@ -40,6 +40,16 @@ def kept_radius(trace: Recorded) -> NDArray[np.float64]:
     return np.asarray(np.take_along_axis(radius, trace["member_of"].values.astype(int) - 1, axis=1))
 
 
+def rings(kept: NDArray[np.float64], lost: NDArray[np.bool_]) -> list[float]:
+    """Return the distances that the robots of one moment keep from their target, each once, ascending [m].
+
+    Args:
+        kept: Shape (robot,) [m].
+        lost: Who is left out, unless all are, shape (robot,).
+    """
+    return np.unique(kept[~lost if not lost.all() else lost].round(9)).tolist()
+
+
 def of_team(trace: Recorded, name: str) -> Recording:
     """Return a trace as one team has it: robots of other teams count as lost.
 

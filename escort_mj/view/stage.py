@@ -109,6 +109,9 @@ class StageView:
             self._draw_velocities(part, moment)
         self._draw_events(replay, moment)
         for handle in self._ring:
+            if (rings := replay.rings(moment)) != self._rings:
+                handle.points = np.concatenate([radius * self._dashes for radius in rings]).astype(np.float32)
+                self._rings[:] = rings
             handle.position = moment.target if not replay.planar else moment.target * (1, 1, 0) + 0.012 * _Z
         above = moment.robots + 1.2 * replay.robot_radius[:, None] * _Z
         for handles, centers in ((self._safe, moment.obstacles), (self._labels, above)):
@@ -185,12 +188,13 @@ class StageView:
         heard = _bytes(palette.RADIO) if replay.communicates else gray
         self._links = scene.add_line_segments("/links", nothing, heard, thickness=1.5, **line)
         handles["links"].append(self._links)
-        ring = circle(np.zeros(3), replay.radius, PIECES, _X, _Y)
+        ring = circle(np.zeros(3), 1.0, PIECES, _X, _Y)
         rings = [ring] if replay.planar else [ring, ring[:, [0, 2, 1]], ring[:, [2, 0, 1]]]
-        dashes = np.concatenate([np.stack([one[:-1:2], one[1::2]], axis=1) for one in rings])
+        self._dashes = np.concatenate([np.stack([one[:-1:2], one[1::2]], axis=1) for one in rings])
         self._ring: list[Any] = []
+        self._rings: list[float] = []
         if replay.escorts:
-            self._ring.append(scene.add_line_segments("/escort", dashes, gray, thickness=2.0, **line))
+            self._ring.append(scene.add_line_segments("/escort", nothing, gray, thickness=2.0, **line))
         handles["escort"] += self._ring
         self._safe: list[Any] = []
         for k, (radius, safe) in enumerate(zip(replay.obstacle_radius, replay.safe_radius, strict=True)):

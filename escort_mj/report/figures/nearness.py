@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from escort_mj import palette
 from escort_mj.metrics.reading import lost
 from escort_mj.record.episodes import apart_from, pair
+from escort_mj.record.team import kept_radius
 from escort_mj.report.figures.drawing.curves import (
     BOUND,
     curve_keys,
@@ -77,7 +78,7 @@ def clearances(figure: Figure, trace: Recorded) -> None:
     for axes, (whom, space) in zip(grid, free.items(), strict=False):
         axes.set_title(f"Clearance to {whom}")
         draw_curves(axes, time, space, palette.robot_colors(count), lowest=True, lost=lost(trace))
-        top = _window(space, 4.0 * float(trace.attrs["mission_radius"]))
+        top = _window(space, 4.0 * float(kept_radius(trace).max()))
         axes.set_ylim(min(0.0, float(space.min())) - 0.03 * top, top)
         limit_line(axes, 0.0, "contact", palette.CONTACT)
         axes.set_ylabel("surfaces apart [m]")

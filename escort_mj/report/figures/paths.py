@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from escort_mj import palette
 from escort_mj.metrics.reading import escorts, lost
 from escort_mj.palette import MOST_DISTINCT, MOST_LINES
-from escort_mj.record.team import kept_radius
+from escort_mj.record.team import kept_radius, rings
 from escort_mj.report.figures import teams
 from escort_mj.report.figures.drawing.curves import BOUND
 from escort_mj.report.figures.drawing.look import NARROW
@@ -129,9 +129,10 @@ def _plan(axes: Axes, trace: Recorded, moments: list[int], formations: Formation
         _obstacle(axes, way, radius, clear, points[:, :2])
 
     q, target = trace["q"].values, trace["target_position"].values
+    rim: dict[str, Any] = {"fill": False, "color": ESCORT, "linewidth": 0.8, "linestyle": (0, (1, 2))}
     for moment in moments if escorts(trace) else ():
-        rim = {"fill": False, "color": ESCORT, "linewidth": 0.8, "linestyle": (0, (1, 2))}
-        axes.add_patch(Circle(target[moment], float(kept_radius(trace)[moment].mean()), **rim, zorder=1.2))
+        for radius in rings(kept_radius(trace)[moment], lost(trace)[moment]):
+            axes.add_patch(Circle(target[moment], radius, **rim, zorder=1.2))
     _formations(axes, trace, moments, formations)
     rows = _rows(len(q))
     if escorts(trace):
@@ -224,7 +225,8 @@ def space_view(figure: Figure, trace: Recorded) -> None:
         _ball(axes, center, radius, palette.OBSTACLE, 1.0, 2.1)
     moments = sorted({_moments(trace)[(len(_moments(trace)) - 1) // 2], len(q) - 1})
     for moment in moments if escorts(trace) else ():
-        _globe(axes, target[moment], float(kept_radius(trace)[moment].mean()))
+        for radius in rings(kept_radius(trace)[moment], lost(trace)[moment]):
+            _globe(axes, target[moment], radius)
     _formations(axes, trace, moments, links(trace))
     if escorts(trace):
         axes.plot(*target[rows].T, color=palette.TARGET, linewidth=1.4, zorder=3)

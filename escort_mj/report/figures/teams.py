@@ -14,7 +14,7 @@ from matplotlib.patches import Circle
 from numpy.typing import NDArray
 
 from escort_mj import palette
-from escort_mj.record.team import team_names
+from escort_mj.record.team import kept_radius, team_names
 from escort_mj.report.figures.drawing.style import Key, legend, name_robots
 
 if TYPE_CHECKING:
@@ -51,10 +51,10 @@ def recorded_targets(trace: Recorded) -> list[int]:
 
 
 def way_of_escort(trace: Recorded) -> tuple[Array, float]:
-    """Return where the target is, or the middle of the first team's ones, and the distance to keep [m]."""
+    """Return where the target is, or the middle of the first team's ones, and how far robots keep [m]."""
     if "member_of" in trace:
         return trace["team_center"].values[:, 0], float(trace["team_radius"].values.max())
-    return trace["target_position"].values, float(trace.attrs["mission_radius"])
+    return trace["target_position"].values, float(kept_radius(trace).max())
 
 
 def draw_teams(axes: Axes, trace: Recorded, rows: NDArray[np.int64], moments: list[int]) -> None:

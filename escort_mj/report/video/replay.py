@@ -12,6 +12,7 @@ from escort_mj import palette
 from escort_mj.errors import RenderError
 from escort_mj.metrics.reading import escorts, lost
 from escort_mj.record.episodes import touched
+from escort_mj.record.team import kept_radius, rings
 from escort_mj.report.figures.losses import heard_links, links, links_at
 from escort_mj.report.figures.teams import recorded_targets
 
@@ -30,7 +31,7 @@ OVER_TIME = (
         "target_coordinates",
     )  # which fields of a replay have a row per sample
     + ("avoiding", "touching", "obstacles", "lost", "estimates", "seen", "heard", "returns")
-    + ("members", "team_centers", "team_radius", "target_teams")
+    + ("kept", "members", "team_centers", "team_radius", "target_teams")
 )
 
 
@@ -50,6 +51,7 @@ class Moment:
         robots: Positions, shape (n, 3) [m].
         target: Position, shape (3,) [m].
         obstacles: Centers, shape (m, 3) [m].
+        kept: Distance that each robot keeps from the target, shape (n,) [m].
     """
 
     time: float
@@ -59,6 +61,7 @@ class Moment:
     robots: Array
     target: Array
     obstacles: Array
+    kept: Array
 
 
 @dataclass(frozen=True)
@@ -85,7 +88,8 @@ class Replay:
         outlines: Points around each, relative to its center, shape (m, k, 3) [m]; (m, 0, 3) where all are
             spheres.
         safe_radius: How near to each obstacle's center a robot's center may come, shape (m,) [m].
-        radius: Distance to keep from the target; without a target the size of the mission [m].
+        radius: Largest distance to keep from the target; without a target the size of the mission [m].
+        kept: Distance that each robot keeps from the target, shape (T, n) [m].
         lost: Whether the team has lost a robot, shape (T, n).
         formations: From which sample on who is whose neighbor: pairs of robots from 0, shape (edges, 2).
         estimates: Where each robot believes the target to be, shape (T, n, 3) [m]; (T, 0, 3) where all know.
@@ -122,6 +126,7 @@ class Replay:
     opponents: int
     safe_radius: Array
     radius: float
+    kept: Array
     lost: Flags
     formations: list[tuple[int, NDArray[np.int64]]]
     estimates: Array
@@ -161,6 +166,10 @@ class Replay:
             return np.broadcast_to(moment.target, moment.robots.shape)
         return np.asarray(self.team_centers[moment.sample, self.members[moment.sample].astype(int) - 1])
 
+    def rings(self, moment: Moment) -> list[float]:
+        """Return the distances from the target that robots keep, each once; none without a target [m]."""
+        return rings(moment.kept, self.lost[moment.sample]) if self.escorts else []
+
     @property
     def escorts(self) -> bool:
         """Whether there is a target."""
@@ -183,8 +192,8 @@ class Replay:
             return (1.0 - share) * values[sample] + share * values[after]
 
         qpos = between(self.qpos)
-        obstacles = between(self.obstacles)
-        return Moment(time, sample, share, qpos, between(self.robots), between(self.target), obstacles)
+        obstacles, kept = between(self.obstacles), between(self.kept)
+        return Moment(time, sample, share, qpos, between(self.robots), between(self.target), obstacles, kept)
 
     def returned(self, moment: Moment) -> tuple[Array, NDArray[np.int64]]:
         """Return the ends of rays that met something, shape (k, 2, 3) [m], and whose they are, shape (k,)."""
@@ -291,7 +300,8 @@ def replay_of(trace: Recorded) -> Replay:
         obstacle_radius=trace["obstacle_radius"].values,
         opponents=trace.sizes.get("opponent", 0),
         safe_radius=safe_radius(trace).max(axis=0, initial=0.0),
-        radius=float(trace.attrs["mission_radius"]),
+        radius=float(kept_radius(trace).max() if escorts(trace) else trace.attrs["mission_radius"]),
+        kept=kept_radius(trace),
         lost=lost(trace),
         formations=links(trace),
         estimates=in_space("target_estimate") if informed else robots[:, :0],

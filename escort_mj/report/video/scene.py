@@ -140,7 +140,7 @@ class Scenery:
         if not self._crowd:
             self._goals(pen, moment)
         replay, width = self.replay, 2.0 * self._pixel
-        circles = [(moment.target, replay.radius, palette.LIMIT)] if replay.escorts else []
+        circles = [(moment.target, radius, palette.LIMIT) for radius in replay.rings(moment)]
         centers, sizes = replay.team_centers[moment.sample], replay.team_radius[moment.sample]
         for number, (place, size) in enumerate(zip(centers, sizes, strict=True)):
             circles.append((place, float(size), palette.team_color(number)))

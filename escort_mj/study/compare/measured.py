@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from escort_mj.measuring import measure
 from escort_mj.metrics.reading import mean
 from escort_mj.record.outcome import Outcome
+from escort_mj.record.team import kept_radius
 from escort_mj.record.window import Span
 from escort_mj.study.compare.reproduction import PaperRun
 
@@ -123,11 +124,11 @@ def undisturbed(trace: xarray.Dataset) -> xarray.Dataset:
 
 def _motion(trace: xarray.Dataset) -> dict[str, float | None]:
     """How a run comes to its steady state."""
-    error = np.linalg.norm(trace["e"].values, axis=2).max(axis=1)
-    limit = TRACKED * float(trace.attrs["mission_radius"])
+    error = np.linalg.norm(trace["e"].values, axis=2)
+    away = (error > TRACKED * kept_radius(trace)).any(axis=1)
     return {
         "settling_time": measure("settling_time", trace).value,
-        "tracking_time": _last(trace["time"].values, error > limit),
+        "tracking_time": _last(trace["time"].values, away),
         "error_peak": float(error.max()),
     }
 
