@@ -6,6 +6,7 @@ import pytest
 from escort_mj import Scenario, load_scenario
 from escort_mj.mission import fly
 from escort_mj.recognize import scenario_names, scenarios_folder
+from escort_mj.study.compare.measured import TRACKED, measured
 
 MOMENT = {"position": ["3*exp(-400*(t-7.5)**2)", "0"]}  # for a tenth of a second the target is elsewhere
 JUMPING = Scenario(
@@ -143,6 +144,23 @@ def test_a_radius_that_grows_is_the_one_to_keep(compiled):
     run = fly(growing)
     assert run.passed
     assert np.allclose(run.trace["kept_radius"].values, (3.0 + 0.1 * run.trace["time"].values)[:, None])
+
+
+def test_a_radius_that_grows_far_is_no_divergence_and_no_error(compiled):
+    surface = {"behavior": "surface", "radius": "1 + 1.5*t"}
+    mission = {"radius": 1.0, "max_speed": 5.0, "behaviors": ["vertices", surface]}
+    robots = {"count": 3, "velocities": [[3.0, 0.0]] * 3, "force_limit": 4.0}
+    far = Scenario(duration=20.0, robots=robots, mission=mission)
+    run = fly(far)
+    assert run.message == "completed 20 s"
+    assert (
+        np.abs(run.trace["e"].values).max() > TRACKED
+    )  # of the radius at the start, never of that of the time
+    assert measured(None, "completed", "", run.trace).values["tracking_time"] == 0.0
+    adrift = {"robots.velocities": [[9.0, 0.0]] * 3, "robots.force_limit": 1e-6}
+    assert fly(far.replace(adrift)).outcome == "completed"  # 180 m of 310 m
+    surface["radius"] = "1 + 0.15*t"
+    assert fly(far.replace({**adrift, "mission.behaviors": ("vertices", surface)})).outcome == "diverged"
 
 
 @pytest.mark.slow

@@ -1,8 +1,11 @@
 import numpy as np
 import pytest
 
+from escort_mj import Scenario
 from escort_mj.errors import RenderError
+from escort_mj.mission import fly
 from escort_mj.record.folder import read_run
+from escort_mj.record.team import rings
 from escort_mj.report.video.film import frame_times
 from escort_mj.report.video.replay import replay_of
 from escort_mj.scenario.schema.scenario import Video
@@ -59,3 +62,21 @@ def test_frames_are_evenly_spaced_and_end_with_the_run():
     assert len(times) == 46 and times[0] == 0.0 and times[-1] == 6.0
     np.testing.assert_allclose(np.diff(times), 4 / 30, atol=1e-9)
     assert frame_times(0.0, 0.0, Video()).tolist() == [0.0]
+
+
+def test_rings_are_those_of_the_time_each_once(compiled):
+    """The robots of a phase keep another radius, which grows, and one that failed keeps none."""
+    grows = {"behavior": "surface", "radius": "3 + 0.5*t"}
+    scenario = Scenario(
+        duration=4.0, robots={"count": 3, "failures": [{"robot": 3, "at": 2.0, "notice": 0.0}]},
+        mission={"radius": 2.0, "behaviors": ["surface"],
+                 "supervisor": [{"name": "out", "after": 1.0, "behaviors": [grows]}]},
+    )  # fmt: skip
+    replay = replay_of(fly(scenario).recording)
+    assert replay.rings(replay.at(0.5)) == [2.0]
+    assert replay.rings(replay.at(3.01)) == pytest.approx([4.505], abs=0.01)
+    assert replay.radius == pytest.approx(5.0, abs=0.01)
+    assert rings(np.array([2.0, 4.0, 2.0, 3.0]), np.array([False, False, False, True])) == [2.0, 4.0]
+    goals = {"behaviors": [{"behavior": "goal", "goals": [[0, 0], [2, 0], [4, 0]]}]}
+    without = replay_of(fly(scenario.replace(target=None, mission=goals)).recording)
+    assert without.rings(without.at(1.0)) == []
