@@ -354,7 +354,7 @@ def _distances(block: Array, sizes: Mapping[str, int]) -> Array:
 
 
 def _limits(block: Array, sizes: Mapping[str, int], bound: float) -> Array:
-    """Distances to the target beyond which a mission has diverged, whose radius may grow, shape (k, n) [m]."""
+    """How far from the target robots may be in some samples, as the radius may grow, shape (k, n) [m]."""
     limits = np.full((len(block), sizes["robot"]), bound)
     if not sizes.get(RADII):
         return limits

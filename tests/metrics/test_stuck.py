@@ -5,8 +5,8 @@ import re
 import numpy as np
 import pytest
 
-import escort_mj
 from escort_mj import Scenario
+from escort_mj.api.runs import Run
 from escort_mj.judging.judge import judge_log
 from escort_mj.measuring import measure
 from escort_mj.mission import fly
@@ -109,8 +109,7 @@ def test_at_any_rate_of_samples_who_moves_is_not_at_rest(compiled: None) -> None
 
 
 def test_a_log_says_it_and_does_not_blame_bodies_that_it_lacks(compiled: None, tmp_path) -> None:
-    run, log = escort_mj.run(BLOCKED), tmp_path / "log.csv"
-    run.export(log)
+    log = Run(fly(BLOCKED)).save(tmp_path / "run").export(tmp_path / "log.csv")
     assert re.search(ROCK + "$", judge_log(log, BLOCKED).message)
     cart = {"shape": "box", "size": [1.0, 2.0], "motion": {"position": ["3 + 0*t", 0]}, "name": "cart"}
     words = judge_log(log, BLOCKED.replace(obstacles=(cart,))).message
