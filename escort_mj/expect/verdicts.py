@@ -14,9 +14,9 @@ from escort_mj.expectations.outcome import OutcomeExpectation
 from escort_mj.metrics.metric import in_words
 from escort_mj.metrics.reading import robots
 from escort_mj.numerics.steps import first_step, last_step
-from escort_mj.plugin_calls import calling
+from escort_mj.plugin_calls import calling, is_plugins
 from escort_mj.record.outcome import Outcome
-from escort_mj.record.recording import LOG_OF, ends_early, gaps_of
+from escort_mj.record.recording import LOG_OF, ends_early, gaps_of, lent
 from escort_mj.record.tables import aligned
 from escort_mj.record.team import team_names
 from escort_mj.record.window import end_of, window
@@ -180,10 +180,12 @@ def _demanded(expectation: Expectation) -> str:
 def _judged(expectation: Expectation, trace: Recorded, outcome: Outcome) -> tuple[str, Judgment, bool]:
     """What an expectation demands, what it found, and whether it raised an error, which is no verdict."""
     demanded, kind = expectation.kind, type(expectation)
+    function = kind.judge_run if kind.judge is Expectation.judge else kind.judge
     try:
-        with calling(kind.judge_run if kind.judge is Expectation.judge else kind.judge):
+        with calling(function):
             demanded = expectation.demanded + expectation.when
-            found = checked(expectation.judge_run(trace, outcome))
+            shown = lent(trace) if is_plugins(function) else trace
+            found = checked(expectation.judge_run(shown, outcome))
             return demanded, _as_logged(expectation, found, trace), False
     except NotLoggedError as error:
         return demanded, not_judged(str(error)), False

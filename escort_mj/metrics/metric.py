@@ -13,7 +13,7 @@ import numpy as np
 
 from escort_mj.errors import NotLoggedError, PluginCallError, UsageError
 from escort_mj.plugin_calls import calling, is_plugins
-from escort_mj.record.recording import sealed
+from escort_mj.record.recording import lent, sealed
 from escort_mj.record.window import OVERS, Over, Span
 
 if TYPE_CHECKING:
@@ -182,7 +182,8 @@ class Metric(NamedTuple):
         """Return its value over all of a trace; an error of its function gives no value but the reason."""
         try:
             with calling(self.function):
-                return self._checked(self.function(sealed(trace)))
+                shown = lent(trace) if is_plugins(self.function) else sealed(trace)
+                return self._checked(self.function(shown))
         except NotLoggedError as error:
             return Measure(None, reason=str(error), unlogged=True)
         except PluginCallError as error:

@@ -6,9 +6,9 @@ as metrics and verdicts go, so that these serve a run that ends and a trace from
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Mapping
+from collections.abc import Hashable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cache, cached_property
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
 
@@ -68,6 +68,10 @@ class Variable:
 
     def __getitem__(self, place: Any) -> Any:
         return self._values[place]
+
+    def copy(self) -> Variable:
+        """The same with memory of its own."""
+        return Variable(self.dims, self._array.copy(), dict(self._attrs))
 
     def isel(self, dim: str, places: Any) -> Variable:
         """What is at some places of one of its dimensions."""
@@ -220,6 +224,33 @@ def sealed(trace: Recorded) -> Recording:
         attrs=attrs,
         coords=MappingProxyType(trace.coords),
         data_vars=MappingProxyType(trace.data_vars),
+    )
+
+
+class _Copies(Mapping[Hashable, Variable]):
+    """Copies of variables, each made when somebody first asks for it."""
+
+    def __init__(self, variables: Mapping[Hashable, Variable]) -> None:
+        self._names = tuple(variables)
+        self._copy = cache(lambda name: variables[name].copy())
+
+    def __getitem__(self, name: Hashable) -> Variable:
+        return self._copy(name)
+
+    def __iter__(self) -> Iterator[Hashable]:
+        return iter(self._names)
+
+    def __len__(self) -> int:
+        return len(self._names)
+
+
+def lent(trace: Recorded) -> Recording:
+    """Return the same trace, sealed, as copies: whatever a plugin does to these, nobody else sees."""
+    shown = sealed(trace)
+    return replace(
+        shown,
+        coords=MappingProxyType(_Copies(shown.coords)),
+        data_vars=MappingProxyType(_Copies(shown.data_vars)),
     )
 
 

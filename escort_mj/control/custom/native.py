@@ -172,9 +172,12 @@ def _views(model: type[Component], layout: Layout, own: int, plan: int, state: i
         return seen[own]
     parameters = model.unpacked(layout.read(layout.plan, own, own)._asdict())
     view = layout_with(model.view).read(model.view, plan, state)
+    made = []
     for name, value in view._asdict().items():
         if isinstance(value, np.ndarray) and name not in model.outputs + model.scratch:
-            value.flags.writeable = False
+            value = np.asarray(value.data.toreadonly())  # of which nobody can take the seal off
+        made.append(value)
+    view = type(view)(*made)
     seen[own] = parameters, view
     return parameters, view
 

@@ -43,6 +43,9 @@ def check_shape(model: type[Any], source: str) -> None:
         PluginError: If it lacks something, or something is not as it must be.
     """
     place = f"{source}: {model.__name__}"
+    fields = getattr(model, "model_fields", {})
+    if hidden := [key for key, field in fields.items() if hasattr(type(field.default), "__get__")]:
+        raise PluginError(f"{place}: {hidden[0]} is a key that it inherits; choose another name")
     if issubclass(model, Component):
         check_name(model, _called(model)[0], place)
         _check_forms(model, place)
