@@ -20,7 +20,7 @@ from escort_mj.control.harmonics import follow
 from escort_mj.control.inner import inner_loop
 from escort_mj.control.knowing import know
 from escort_mj.control.opponents import assign_guards, judge_opponents
-from escort_mj.control.outer_loops.constraints import bound_velocities
+from escort_mj.control.outer_loops.meeting import bound_velocities
 from escort_mj.control.supervisor import supervise
 from escort_mj.control.teams import form_teams
 from escort_mj.control.trigger import refresh
@@ -112,7 +112,7 @@ def evaluate(plan: Plan, state: State) -> None:
     if someone and moved and plan.vertices.shape[0] > 0:
         turn_figures(plan, state)
     if plan.outer_meets:
-        bound_velocities(state)
+        bound_velocities(plan, state)
     for i in range(0, n, WIDTH):
         reference_velocities(i, plan, state, moved)
     if state.sampled[0] != 0.0:

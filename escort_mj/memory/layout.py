@@ -31,8 +31,8 @@ from escort_mj.control.inner import InnerLoopParameters, InnerLoopState
 from escort_mj.control.knowing import EstimatorParameters
 from escort_mj.control.nsb import StackParameters
 from escort_mj.control.opponents import OpponentParameters, OpponentState
-from escort_mj.control.outer_loops.constraints import PaceState
 from escort_mj.control.outer_loops.detour import DetourState
+from escort_mj.control.outer_loops.meeting import PaceState
 from escort_mj.control.supervisor import SupervisorParameters, SupervisorState
 from escort_mj.control.trigger import TriggerParameters, TriggerState
 from escort_mj.control.velocity import OuterLoopParameters

@@ -184,6 +184,13 @@ def note_pair(i: int, body: int, clearance: float, plan: Plan, state: State) -> 
 
 
 @inlined
+def _radii(i: int, plan: Plan) -> Lanes:
+    """Radii of robots i to i + 7; no number for those that are far away: no distance is below that."""
+    radius = load(plan.watched_radius, i)
+    return where(radius < 0.0, math.nan, radius)
+
+
+@inlined
 def _note_robots(i: int, g: int, square: Lanes, bodies: Lanes, body: float, state: State) -> None:
     """As `_note`, for robots i to i + 7 and one body."""
     groups, left = state.clearance.shape[1], state.q.shape[0] - i
@@ -212,13 +219,13 @@ def _watch_obstacles(plan: Plan, state: State, target_radius: float, sampled: bo
     Returns:
         Whether the target overlaps an obstacle.
     """
-    q, radius = state.q, plan.watched_radius
+    q = state.q
     n, p = q.shape
     m = plan.obstacle_radius.shape[0]
     robots, target = int(plan.watched_group[0]), int(plan.watched_group[n])
     here, groups = stack_rows(p), state.clearance.shape[1]
     for i in range(0, n, WIDTH):
-        own, left, square = load(radius, i), n - i, everywhere(0.0)
+        own, left, square = _radii(i, plan), n - i, everywhere(0.0)
         load_rows(q, i, here)
         if target_radius > 0.0:
             for k in range(p):
@@ -334,7 +341,7 @@ def _watch_robots(plan: Plan, state: State, sampled: bool) -> None:
     g, groups = int(plan.watched_group[0]), state.clearance.shape[1]
     here = stack_rows(p)
     for i in range(0, n, WIDTH):
-        own, nearest = load(radius, i), everywhere(math.inf)
+        own, nearest = _radii(i, plan), everywhere(math.inf)
         load_rows(q, i, here)
         least = gather(state.clearance, i * groups + g, groups)
         who, found = everywhere(NOBODY), False
@@ -377,7 +384,7 @@ def _watch_several(i: int, most: int, g: int, plan: Plan, state: State, sampled:
     q, lists, radius = state.q, state.neighbors, plan.watched_radius
     n, p = q.shape
     groups, width, here = state.clearance.shape[1], lists.shape[1], stack_rows(p)
-    own, nearest = load(radius, i), everywhere(math.inf)
+    own, nearest = _radii(i, plan), everywhere(math.inf)
     load_rows(q, i, here)
     least = gather(state.clearance, i * groups + g, groups)
     who = gather(state.clearance_body, i * groups + g, groups)

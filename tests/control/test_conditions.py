@@ -34,7 +34,7 @@ def _finder(axes: int) -> Any:
             if plan.level_behavior[level] == AVOID_OBSTACLES:
                 avoid = avoidance_of(level, plan)
                 return find_constraints(
-                    robot, speed, beside, avoid, rules, plan, state, rows, bounds, rest[0], rest[1]
+                    robot, speed, beside, level, avoid, rules, plan, state, rows, bounds, rest[0], rest[1]
                 )
         return -1
 

@@ -56,7 +56,7 @@ class BarrierFilter(OuterLoop):
                     while True:
                         speed = length_of(v)
                         count = find_constraints(
-                            robot, speed, speed, avoid, rules, plan, state, rows, bounds, shared, gaps
+                            robot, speed, speed, level, avoid, rules, plan, state, rows, bounds, shared, gaps
                         )
                         for k in range(p):
                             v[k] = wanted[k]

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.components.obstacles import obstacle_speed, obstacles_seen
+from escort_mj.control.outer_loops.meeting import NEAR, find_meeting
 from escort_mj.control.outer_loops.nearby import bearing, in_sight, reach_of
 from escort_mj.control.outer_loops.passing import (
     Rules,
@@ -22,11 +23,8 @@ from escort_mj.control.outer_loops.passing import (
 )
 from escort_mj.knowledge.belief import target_place, target_speed
 from escort_mj.knowledge.teammates import may_be, places_of
-from escort_mj.native.fields import Array as Field
-from escort_mj.native.fields import Fields, Value
-from escort_mj.native.kernels import DOUBLE, inlined, merged, stack_memory, vector_at
-from escort_mj.native.lanes import WIDTH, everywhere, gather, greatest, largest, least, there, where
-from escort_mj.numerics.neighbors import ALL, find_near
+from escort_mj.native.kernels import DOUBLE, inlined, stack_memory, vector_at
+from escort_mj.numerics.neighbors import ALL
 from escort_mj.numerics.vectors import length_of, make_unit
 
 if TYPE_CHECKING:
@@ -37,32 +35,11 @@ Mask = NDArray[np.bool_]
 
 MOST = 24  # constraints of one robot: those with the greatest bounds
 SHARED = 0.5  # marks constraints by teammates with goals of their own
-NEAR = 64  # teammates that may be near enough to demand something; of more, all are looked at
-
-
-class PaceState(Fields):
-    """How fast robots are at most, which says how far away a teammate matters."""
-
-    slowest_velocity: Annotated[Field, "p", Value("m/s", "least measured velocity of a robot on each axis")]
-    fastest_velocity: Annotated[Field, "p", Value("m/s", "the greatest, likewise")]
-
-
-@merged
-def bound_velocities(state: State) -> None:
-    """Write the box of all measured velocities."""
-    n, p = state.q.shape
-    for k in range(p):
-        low, high = everywhere(math.inf), everywhere(-math.inf)
-        for i in range(0, n, WIDTH):
-            v = gather(state.v_measured, i * p + k, p)
-            low = least(low, where(there(n - i), v, low))
-            high = greatest(high, where(there(n - i), v, high))
-        state.slowest_velocity[k], state.fastest_velocity[k] = -largest(-low), largest(high)
 
 
 @inlined
 def find_constraints(
-    robot: int, speed: float, beside: float, avoid: Any, rules: Rules, plan: Plan, state: State,
+    robot: int, speed: float, beside: float, level: int, avoid: Any, rules: Rules, plan: Plan, state: State,
     rows: Array, bounds: Array, shared: Array, gaps: Array,
 ) -> int:  # fmt: skip
     """Find what a robot's velocity v has to satisfy, r . v >= b, for each body that it sees.
@@ -76,7 +53,8 @@ def find_constraints(
         robot: From 0.
         speed: Largest |v| that matters [m/s].
         beside: Largest speed relative to the motion of the team, see `team_motion` [m/s].
-        avoid: Parameters of avoid_obstacles.
+        level: Which one avoidance is.
+        avoid: Its parameters.
         rules: How fast it may come nearer.
         plan: Gives the bodies.
         state: Gives where they are.
@@ -92,18 +70,21 @@ def find_constraints(
     """
     n, p = state.q.shape
     m, position, count = plan.obstacle_radius.shape[0], obstacles_seen(robot, plan, state), 0
-    if plan.team_radius.shape[0] > 0:
-        beside += rules.foresees * team_spread(robot, plan, state)
+    spread = rules.foresees * team_spread(robot, plan, state) if plan.team_radius.shape[0] > 0 else 0.0
+    beside += spread
     memory = stack_memory()
     direction, near = vector_at(memory, p), vector_at(memory + DOUBLE * p, NEAR)
     motion = vector_at(memory + DOUBLE * (p + NEAR), p)
     own, to_surface, mates = plan.robot_radius[robot], float(avoid.measure), int(ALL)
     if plan.failure_start.shape[0] == 0:
-        closing = max(2.0 * beside, beside + _fastest_beside(robot, rules, plan, state))
-        look = avoid.teammate_distance + to_surface * own + horizon(closing, rules)
         mates = 0
         if avoid.teammate_distance > 0.0:
-            mates = find_near(robot, look, to_surface, plan.robot_radius, state, near)
+            for k in range(p):
+                motion[k] = team_motion(robot, k, rules, plan, state)
+            ahead = beside + spread
+            mates = find_meeting(
+                robot, level, 2.0 * beside, ahead, motion, avoid, rules, plan, state, near
+            )  # fmt: skip
     everyone, heard = mates == int(ALL), places_of(state) if avoid.heard_distance > 0.0 else 0
     fastest = fastest_obstacle(state)
     away = horizon(speed + fastest, rules)
@@ -147,16 +128,6 @@ def team_spread(robot: int, plan: Plan, state: State) -> float:
                 square += (state.team_velocity[a, k] - state.team_velocity[b, k]) ** 2
             most = max(most, square)
     return 0.5 * math.sqrt(most)
-
-
-@inlined
-def _fastest_beside(robot: int, rules: Rules, plan: Plan, state: State) -> float:
-    """Return a speed relative to its team's motion that no robot exceeds [m/s]; 0 where none matters."""
-    square = 0.0
-    for k in range(state.q.shape[1]):
-        motion = team_motion(robot, k, rules, plan, state)
-        square += max(state.fastest_velocity[k] - motion, motion - state.slowest_velocity[k]) ** 2
-    return rules.foresees * math.sqrt(square)
 
 
 @inlined

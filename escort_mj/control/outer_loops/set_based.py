@@ -9,7 +9,6 @@ import numpy as np
 from pydantic import NonNegativeFloat, PositiveFloat
 
 from escort_mj.behaviors import AvoidObstacles
-from escort_mj.behaviors.avoid_obstacles import mate_within
 from escort_mj.components.obstacles import obstacle_places
 from escort_mj.components.parameters import UNLIMITED
 from escort_mj.control.nsb import AVOID_OBSTACLES, avoidance_of, ruled
@@ -26,6 +25,7 @@ from escort_mj.control.outer_loops.detour import (
     keep_detour,
     next_detour,
 )
+from escort_mj.control.outer_loops.meeting import is_met
 from escort_mj.control.outer_loops.nearest_velocity import (
     STIFFNESS,
     break_least,
@@ -51,6 +51,7 @@ from escort_mj.native.lanes import (
     load_rows,
     root,
     row_of,
+    set_row,
     stack_rows,
     store,
     where,
@@ -148,20 +149,20 @@ class SetBased(OuterLoop):
             if plan.level_behavior[level] != AVOID_OBSTACLES:
                 continue
             avoid = avoidance_of(level, plan)
-            busy = _may_bind(i, avoid, rules, plan, state) + abs(load(state.detour, i))
+            busy = _may_bind(i, level, avoid, rules, plan, state) + abs(load(state.detour, i))
             mine = ruled(i, phase, plan, state)
             store(state.detour_for, i, where(mine & (busy < 0.5), 0.0, load(state.detour_for, i)))
             if any_of(mine & (busy > 0.5)):
                 store(state.detour_near, i, busy)
                 for robot in range(i, min(i + WIDTH, n)):
                     if state.detour_near[robot] > 0.5 and runs_now(robot, phase, plan, state):
-                        _keep_clear(robot, self.patience, self.turn_back, avoid, rules, plan, state)
+                        _keep_clear(robot, self.patience, self.turn_back, level, avoid, rules, plan, state)
                         slow_down(robot, plan, state)
             store(state.detour_time, i, where(mine, state.time[0], load(state.detour_time, i)))
 
 
 @inlined
-def _may_bind(i: int, avoid: Any, rules: Rules, plan: Plan, state: State) -> Lanes:
+def _may_bind(i: int, level: int, avoid: Any, rules: Rules, plan: Plan, state: State) -> Lanes:
     """Return 1 for those of robots i to i + 7 that something is near enough to that it may bind, else 0.
 
     As near as the speeds of both need, by the inverse of `approach`.
@@ -176,8 +177,7 @@ def _may_bind(i: int, avoid: Any, rules: Rules, plan: Plan, state: State) -> Lan
     square, relative, pace = everywhere(0.0), everywhere(0.0), everywhere(0.0)
     to_target, found, closing = everywhere(0.0), everywhere(0.0), everywhere(0.0)
     for k in range(p):
-        away = row_of(wanted, k)
-        away = greatest(state.fastest_velocity[k] - away, away - state.slowest_velocity[k])
+        away = row_of(wanted, k) - state.pace_frame[k]
         closing = closing + away * away
         carried = row_of(drift, k)
         square = square + row_of(wanted, k) * row_of(wanted, k)
@@ -195,7 +195,7 @@ def _may_bind(i: int, avoid: Any, rules: Rules, plan: Plan, state: State) -> Lan
         look = look + _horizon(where(outrun, speed + pace, relative), rules)
         found = where(to_target < look * look, 1.0, found)
     fastest = fastest_obstacle(state)
-    horizon, lead = _horizon(speed + fastest, rules), lead_of(fastest, most)
+    away, lead = _horizon(speed + fastest, rules), lead_of(fastest, most)
     for j in range(plan.obstacle_radius.shape[0]):
         square = everywhere(0.0)
         for k in range(p):
@@ -204,16 +204,16 @@ def _may_bind(i: int, avoid: Any, rules: Rules, plan: Plan, state: State) -> Lan
         look = avoid.safe_distance + to_surface * (own + plan.seen_radius[j])
         if lead > 0.0:
             look = look + lead * (look + breadth_of(plan.obstacle_extent[j]))
-        look = look + horizon
+        look = look + away
         found = where(square < look * look, 1.0, found)
     alike = 2.0 * (relative if plan.target_feedforward else speed)
-    horizon = _horizon(greatest(alike, root(closing)), rules)
-    lists = seen_neighbors(state)
-    if avoid.teammate_distance > 0.0 and lists.shape[0] > 0:
-        store(state.detour_near, i, avoid.teammate_distance + horizon)
+    far = _horizon(greatest(alike, root(closing) + state.pace_most[0]), rules)
+    listed = seen_neighbors(state).shape[0] > 0
+    if avoid.teammate_distance > 0.0 and listed:
+        speeds = stack_rows(1)
+        set_row(speeds, 0, alike)
         for robot in range(i, min(i + WIDTH, n)):
-            within = state.detour_near[robot]
-            near = mate_within(within, robot, avoid, q, plan.robot_radius, lists)
+            near = is_met(robot, level, speeds[0, robot - i], avoid, rules, plan, state)
             state.detour_near[robot] = 1.0 if near else 0.0
         found = where(load(state.detour_near, i) > 0.5, 1.0, found)
     if avoid.heard_distance > 0.0:
@@ -221,9 +221,9 @@ def _may_bind(i: int, avoid: Any, rules: Rules, plan: Plan, state: State) -> Lan
         ahead = _horizon(greatest(alike, load(state.heard_pace, i)), rules)
         found = where(load(state.heard_margin, i) < ahead, 1.0, found)
     failing = plan.failure_start.shape[0] > 0
-    if failing or (avoid.teammate_distance > 0.0 and lists.shape[0] == 0):
+    if failing or (avoid.teammate_distance > 0.0 and not listed):
         for j in range(n):
-            safe, ahead, nearer = avoid.teammate_distance, horizon, 1.0
+            safe, ahead, nearer = avoid.teammate_distance, far, 1.0
             if failing and state.lost[j] != 0.0:
                 safe = max(safe, avoid.safe_distance)
                 drifts = length_of(state.v_measured[j])
@@ -265,7 +265,14 @@ def _horizon(speed: Lanes, rules: Rules) -> Lanes:
 
 @inlined
 def _keep_clear(
-    robot: int, patience: float, turn_back: float, avoid: Any, rules: Rules, plan: Plan, state: State
+    robot: int,
+    patience: float,
+    turn_back: float,
+    level: int,
+    avoid: Any,
+    rules: Rules,
+    plan: Plan,
+    state: State,
 ) -> None:
     """Change a robot's velocity by as little as safety takes, or lead it around what blocks it."""
     p, v = state.q.shape[1], state.v_d[robot]
@@ -283,7 +290,7 @@ def _keep_clear(
         beside += 2.0 * length_of(target_speed(robot, plan, state))
     while True:
         count = find_constraints(
-            robot, fastest, beside, avoid, rules, plan, state, rows, bounds, shared, gaps
+            robot, fastest, beside, level, avoid, rules, plan, state, rows, bounds, shared, gaps
         )
         for k in range(p):
             v[k] = nominal[k]

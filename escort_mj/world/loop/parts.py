@@ -4,19 +4,36 @@ A built-in robot meets others with its hull, the sphere around the point that th
 `monitor/clearances.py` watches that. A robot from a file, or one whose payload collides, has other geoms,
 which its joints may carry far from that point. Its clearance is the least distance of these geoms to those of
 another body, by MuJoCo's geometry, in the present pose. Where the sphere around them all is farther away than
-anything that is asked for, its distance stands for theirs, which is never less.
+anything that is asked for, its distance stands for theirs, which is never less. Where that
+sphere is no nearer than what has been noted already, nothing is computed.
 """
 
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.memory.layout import Plan, State
-from escort_mj.monitor.clearances import note_pair
+from escort_mj.monitor.clearances import MANY, note_pair
 from escort_mj.native.kernels import DOUBLE, double_at, inlined, pointer_at, stack_memory, vector_at
+from escort_mj.native.lanes import (
+    WIDTH,
+    any_of,
+    everywhere,
+    gather,
+    greatest,
+    lane_numbers,
+    load,
+    load_rows,
+    pick,
+    row_of,
+    stack_rows,
+    there,
+)
+from escort_mj.native.lanes import least as lesser
 from escort_mj.native.on_demand import on_demand
 from escort_mj.world.loop.addresses import Addresses
 from escort_mj.world.loop.drives import DATA_CENTER, DATA_MASS_CENTER, DATA_MOTION
@@ -27,6 +44,7 @@ from escort_mj.world.loop.nearest import DATA_PLACE, FARTHEST
 Array = NDArray[np.float64]
 
 MODEL_REACH = offset("mjModel", "geom_rbound")
+NEARLY = 1e-5  # m, by which MuJoCo's distance between geoms may fall short of that between spheres
 START, NUMBER, REACH = range(3)  # columns of `part_span`
 ROBOT, BODY, ROOT, LIMB = range(4)  # of `limbs`
 
@@ -42,18 +60,61 @@ def watch_parts(m: int, d: int, plan: Plan, state: State, addresses: Addresses) 
         state: The record's clearances and speeds are written.
         addresses: Gives the geoms.
     """
-    n = state.q.shape[0]
+    n, obstacles = state.q.shape[0], plan.obstacle_radius.shape[0]
     _stretch(d, state, addresses)
-    for i in range(n):
-        if plan.watched_radius[i] >= 0.0:
-            continue
-        for j in range(n):
-            if j > i or (j < i and plan.watched_radius[j] >= 0.0):
-                _watch_robot(m, d, i, j, plan, state, addresses)
-        if addresses.target_radius > 0.0:
-            _watch_target(m, d, i, plan, state, addresses)
-        for j in range(plan.obstacle_radius.shape[0]):
-            _watch_obstacle(m, d, i, j, plan, state, addresses)
+    singly = state.target_clearance.shape[0] > MANY
+    for i in range(0, n, WIDTH):
+        for body in range(n + 1 + obstacles):
+            if body == n and addresses.target_radius == 0.0:
+                continue
+            if not singly and not any_of(_may_be_least(i, body, plan, state, addresses)):
+                continue
+            for robot in range(i, min(i + WIDTH, n)):
+                if _is_hull(robot, plan) or robot == body or (body < robot and not _is_hull(body, plan)):
+                    continue
+                if body < n:
+                    _watch_robot(m, d, robot, body, plan, state, addresses)
+                elif body == n:
+                    _watch_target(m, d, robot, plan, state, addresses)
+                else:
+                    _watch_obstacle(m, d, robot, body - n - 1, plan, state, addresses)
+
+
+@inlined
+def _is_hull(robot: int, plan: Plan) -> bool:
+    """Whether a robot is its hull, which is watched elsewhere."""
+    return plan.watched_radius[robot] >= 0.0
+
+
+@inlined
+def _may_be_least(i: int, body: int, plan: Plan, state: State, addresses: Addresses) -> Any:
+    """Whether robots i to i + 7 are so near to a body, by the spheres around them, that it may be noted."""
+    n, p = state.q.shape
+    group, groups, obstacle = int(plan.watched_group[body]), state.clearance.shape[1], body - n - 1
+    least, own = gather(state.clearance, i * groups + group, groups), load(state.stretch, i) + NEARLY
+    others = there(n - i) & (abs(lane_numbers() + float(i - body)) > 0.5)
+    if body > n and plan.shaped:
+        rows = lesser(lane_numbers() + float(i), float(n - 1))
+        gap = pick(state.obstacle_gap, rows * float(plan.obstacle_radius.shape[0]) + float(obstacle))
+        return (gap - own < least) & others
+    here, square = stack_rows(p), everywhere(0.0)
+    load_rows(state.q, i, here)
+    for k in range(p):
+        if body > n:
+            x = row_of(here, k) - state.obstacle_position[obstacle, k]
+        elif body == n:
+            x = row_of(here, k) - state.target_position[k]
+        else:
+            x = row_of(here, k) - state.q[body, k]
+        square = square + x * x
+    robots = int(plan.watched_group[0])
+    if body > n:
+        reach = least + (own + plan.obstacle_radius[obstacle])
+    elif body == n:
+        reach = greatest(least, everywhere(state.target_clearance[robots])) + (own + addresses.target_radius)
+    else:
+        reach = greatest(least, everywhere(state.clearance[body, robots])) + (own + state.stretch[body])
+    return (square < reach * reach) & others
 
 
 @inlined
@@ -77,11 +138,11 @@ def _stretch(d: int, state: State, addresses: Addresses) -> None:
             speed = motion[3 + k] + motion[a] * (center[b] - about[b]) - motion[b] * (center[a] - about[a])
             square += speed * speed
             turning += motion[k] * motion[k]
-        for k in range(state.q.shape[1]):
-            away += (center[k] - state.q[i, k]) ** 2
         fastest = math.sqrt(square) + math.sqrt(turning) * limb[LIMB]
         state.point_speed_max[i] = max(state.point_speed_max[i], fastest)
         if addresses.part_span[i, REACH] < 0.0:
+            for k in range(state.q.shape[1]):
+                away += (center[k] - state.q[i, k]) ** 2
             state.stretch[i] = max(state.stretch[i], math.sqrt(away) + limb[LIMB])
 
 
@@ -91,9 +152,11 @@ def _watch_robot(m: int, d: int, i: int, j: int, plan: Plan, state: State, addre
     square = 0.0
     for k in range(state.q.shape[1]):
         square += (state.q[i, k] - state.q[j, k]) ** 2
-    clearance = math.sqrt(square) - state.stretch[i] - state.stretch[j]
+    clearance, noted = math.sqrt(square) - state.stretch[i] - state.stretch[j], _noted(i, j, plan, state)
+    if clearance >= noted:
+        return
     if clearance < plan.exact_within:
-        clearance = math.inf
+        clearance = noted
         first = int(addresses.part_span[j, START])
         for part in range(first, first + int(addresses.part_span[j, NUMBER])):
             clearance = _to_geom(m, d, i, int(addresses.parts[part]), clearance, addresses)
@@ -106,9 +169,14 @@ def _watch_target(m: int, d: int, i: int, plan: Plan, state: State, addresses: A
     n, square = state.q.shape[0], 0.0
     for k in range(state.q.shape[1]):
         square += (state.q[i, k] - state.target_position[k]) ** 2
-    clearance = math.sqrt(square) - state.stretch[i] - addresses.target_radius
+    clearance, noted = (
+        math.sqrt(square) - state.stretch[i] - addresses.target_radius,
+        _noted(i, n, plan, state),
+    )
+    if clearance >= noted:
+        return
     if clearance < plan.exact_within:
-        clearance = _to_geom(m, d, i, int(addresses.robot_geom[n]), math.inf, addresses)
+        clearance = _to_geom(m, d, i, int(addresses.robot_geom[n]), noted, addresses)
     note_pair(i, n, clearance, plan, state)
 
 
@@ -122,10 +190,26 @@ def _watch_obstacle(m: int, d: int, i: int, j: int, plan: Plan, state: State, ad
         for k in range(state.q.shape[1]):
             square += (state.q[i, k] - state.obstacle_position[j, k]) ** 2
         gap = math.sqrt(square) - plan.obstacle_radius[j]
-    clearance = gap - state.stretch[i]
+    clearance, noted = gap - state.stretch[i], _noted(i, n + 1 + j, plan, state)
+    if clearance >= noted:
+        return
     if clearance < plan.exact_within:
-        clearance = _to_geom(m, d, i, int(addresses.obstacle_geom[j]), math.inf, addresses)
+        clearance = _to_geom(m, d, i, int(addresses.obstacle_geom[j]), noted, addresses)
     note_pair(i, n + 1 + j, clearance, plan, state)
+
+
+@inlined
+def _noted(i: int, body: int, plan: Plan, state: State) -> float:
+    """Return the clearance of a robot and another body from which on nothing is noted of it [m]."""
+    n, least = state.q.shape[0], -math.inf
+    for column in (int(plan.watched_group[body]), int(plan.watched_alone[body])):
+        if column >= 0:
+            least = max(least, state.clearance[i, column])
+    for column in (int(plan.watched_group[i]), int(plan.watched_alone[i])):
+        if column >= 0 and body <= n:
+            there = state.clearance[body, column] if body < n else state.target_clearance[column]
+            least = max(least, there)
+    return least + NEARLY
 
 
 @inlined
@@ -141,6 +225,6 @@ def _to_geom(m: int, d: int, i: int, other: int, least: float, addresses: Addres
         for k in range(3):
             square += (here[k] - there[k]) ** 2
         around = double_at(reaches + DOUBLE * geom) + double_at(reaches + DOUBLE * other)
-        if math.sqrt(square) - around < least:
+        if around + least > 0.0 and square < (around + least) ** 2:
             least = min(least, geom_distance(m, d, geom, other, FARTHEST, segment))
     return least

@@ -1,0 +1,203 @@
+"""Which teammates a robot has to look at: those near enough for how fast the two come together.
+
+A teammate that keeps to its half matters as far away as the robot's own speed says. One that comes faster may
+matter farther away. Speeds are compared in one frame: a teammate that is no faster than the robot is met at
+no more than twice the robot's speed, and a faster one finds the robot within twice its own.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Annotated, Any
+
+from escort_mj.behaviors.avoid_obstacles import mate_within
+from escort_mj.control.nsb import avoidance_of
+from escort_mj.control.outer_loops.passing import Rules, approach, horizon
+from escort_mj.knowledge.belief import target_speed
+from escort_mj.native.fields import Array, Fields, Value
+from escort_mj.native.kernels import inlined, merged, stack_memory, vector_at
+from escort_mj.native.lanes import WIDTH, everywhere, gather, greatest, largest, there, where
+from escort_mj.native.on_demand import on_demand
+from escort_mj.numerics.neighbors import ALL, ROUNDING, find_near, seen_neighbors
+
+if TYPE_CHECKING:
+    from escort_mj.memory.layout import Plan, State
+
+NEAR = 64  # teammates that may be near enough to matter; of more, all are looked at
+
+
+class PaceState(Fields):
+    """How fast robots may be met, which says how far away that matters."""
+
+    pace_frame: Annotated[Array, "p", Value("m/s", "velocity relative to which speeds are compared")]
+    pace_most: Annotated[Array, 1, Value("m/s", "the largest of a robot's measured velocity")]
+    pace_level: Annotated[
+        Array, 1, Value("1", "level of avoidance whose distances `pace_met` is for; -1 for none in this step")
+    ]
+    pace_met: Annotated[
+        Array,
+        "crowd",
+        Value("m/s", "largest speed of each robot up to which no faster one binds it, in a crowd"),
+    ]
+
+
+@merged
+def bound_velocities(plan: Plan, state: State) -> None:
+    """Write the frame, that of the first robot's target, and the largest speed in it."""
+    n, p = state.q.shape
+    longest = everywhere(0.0)
+    for k in range(p):
+        state.pace_frame[k] = target_speed(0, plan, state)[k] if plan.target_feedforward else 0.0
+    for i in range(0, n, WIDTH):
+        square = everywhere(0.0)
+        for k in range(p):
+            way = gather(state.v_measured, i * p + k, p) - state.pace_frame[k]
+            square = square + way * way
+        longest = greatest(longest, where(there(n - i), square, 0.0))
+    state.pace_most[0], state.pace_level[0] = math.sqrt(largest(longest)), -1.0
+
+
+@inlined
+def is_met(
+    robot: int, level: int, alike: float, avoid: Any, rules: Rules, plan: Plan, state: State
+) -> bool:  # fmt: skip
+    """Whether a teammate in a crowd is so near, or comes so fast, that it may bind what a robot wants.
+
+    Args:
+        robot: From 0.
+        level: Which one avoidance is.
+        alike: Speed at which it could meet one that keeps to its half [m/s].
+        avoid: Parameters of avoid_obstacles.
+        rules: How fast it may come nearer.
+        plan: Gives radii.
+        state: Gives measured positions and velocities, lists, and what robots want, `v_d`.
+    """
+    lists, q, radius, wanted = seen_neighbors(state), state.q_measured, plan.robot_radius, state.v_d[robot]
+    own, safe = _apart_from(wanted, state), avoid.teammate_distance
+    far = horizon(max(alike, own + state.pace_most[0]), rules)
+    if not mate_within(safe + far, robot, avoid, q, radius, lists):
+        return False
+    if mate_within(safe + horizon(alike, rules), robot, avoid, q, radius, lists):
+        return True
+    if state.pace_level[0] != level:
+        _find_met(level, rules.rate, rules.braking, rules.cone, plan, state)
+    if state.pace_met[robot] > ROUNDING * own and (
+        2.0 * own <= ROUNDING * alike
+        or not mate_within(safe + horizon(2.0 * own, rules), robot, avoid, q, radius, lists)
+    ):
+        return False
+    found = vector_at(stack_memory(), NEAR)
+    return find_meeting(robot, level, alike, 0.0, wanted, avoid, rules, plan, state, found) != 0
+
+
+@inlined
+def find_meeting(
+    robot: int, level: int, alike: float, ahead: float, motion: Array, avoid: Any, rules: Rules, plan: Plan,
+    state: State, found: Array,
+) -> int:  # fmt: skip
+    """Find the teammates of a robot with a margin below the `horizon` of the speed at which they could meet.
+
+    Args:
+        robot: From 0.
+        level: Which one avoidance is.
+        alike: Speed at which it could meet any that keeps to its half [m/s].
+        ahead: Speed at which it could go toward any, relative to `motion`; one that comes toward it adds its
+            own [m/s].
+        motion: Shape (p,) [m/s].
+        avoid: Parameters of avoid_obstacles.
+        rules: How fast it may come nearer.
+        plan: Gives radii.
+        state: Gives measured positions and velocities, and lists.
+        found: Result: which robots, in ascending order, shape (NEAR,).
+
+    Returns:
+        How many; `ALL` where there are more than `found` holds.
+    """
+    own, to_surface = ahead + _apart_from(motion, state), float(avoid.measure)
+    fastest = state.pace_most[0]
+    if fastest > own and state.pace_met.shape[0] > 0:
+        if state.pace_level[0] != level:
+            _find_met(level, rules.rate, rules.braking, rules.cone, plan, state)
+        fastest = own if state.pace_met[robot] > ROUNDING * own else fastest
+    near, far = horizon(alike, rules), horizon(max(alike, rules.foresees * (own + fastest)), rules)
+    look = avoid.teammate_distance + to_surface * plan.robot_radius[robot] + far
+    around, count = find_near(robot, look, to_surface, plan.robot_radius, state, found), 0
+    everyone = around == int(ALL)
+    for place in range(state.q.shape[0] if everyone else around):
+        j = place if everyone else int(found[place])
+        if j != robot and _meets(robot, j, near, far, ahead, motion, avoid, rules, plan, state):
+            if count < found.shape[0]:
+                found[count] = j
+            count += 1
+    return count if count <= found.shape[0] else int(ALL)
+
+
+@inlined
+def _meets(
+    i: int, j: int, near: float, far: float, ahead: float, motion: Array, avoid: Any, rules: Rules,
+    plan: Plan, state: State,
+) -> bool:  # fmt: skip
+    """Whether robot j matters to robot i: within `near` in any case, within `far` where it comes so fast."""
+    safe, square, closing = avoid.teammate_distance, 0.0, 0.0
+    safe += float(avoid.measure) * (plan.robot_radius[i] + plan.robot_radius[j])
+    for k in range(state.q.shape[1]):
+        way = state.q_measured[i, k] - state.q_measured[j, k]
+        square += way * way
+        closing += way * (state.v_measured[j, k] - motion[k])
+    if square > (safe + far) ** 2:
+        return False
+    if square <= (safe + near) ** 2:
+        return True
+    apart = math.sqrt(square)
+    return apart <= safe + ROUNDING * horizon(max(ahead + closing / apart, 0.0), rules)
+
+
+@inlined
+def _apart_from(velocity: Array, state: State) -> float:
+    """Return the speed of a velocity in the common frame [m/s]."""
+    square = 0.0
+    for k in range(state.q.shape[1]):
+        square += (velocity[k] - state.pace_frame[k]) ** 2
+    return math.sqrt(square)
+
+
+@on_demand
+def _find_met(level: int, rate: float, braking: float, cone: float, plan: Plan, state: State) -> None:
+    """Write `pace_met`: each robot looks for those that it finds within twice its own speed.
+
+    A faster robot j may bind robot i from a speed of approach(margin) - r . v_j on.
+
+    Args:
+        level: Which one avoidance is.
+        rate: See `Rules`, as the next two.
+        braking: Likewise [m/s^2].
+        cone: Likewise.
+        plan: Gives radii.
+        state: Gives measured positions and velocities, and lists.
+    """
+    avoid, rules = avoidance_of(level, plan), Rules(rate, braking, cone, 1.0, 0.0, 0.0)
+    n, p = state.q.shape
+    near, to_surface, lists = vector_at(stack_memory(), NEAR), float(avoid.measure), seen_neighbors(state)
+    state.pace_level[0] = level
+    for i in range(n):
+        state.pace_met[i] = math.inf
+    for j in range(n):
+        far = horizon(2.0 * ROUNDING * _apart_from(state.v_measured[j], state), rules)
+        safe = avoid.teammate_distance + to_surface * plan.robot_radius[j]
+        if not mate_within(
+            avoid.teammate_distance + far, j, avoid, state.q_measured, plan.robot_radius, lists
+        ):
+            continue
+        count = find_near(j, safe + far, to_surface, plan.robot_radius, state, near)
+        everyone = count == int(ALL)
+        for place in range(n if everyone else count):
+            i = place if everyone else int(near[place])
+            square = closing = 0.0
+            for k in range(p):
+                way = state.q_measured[i, k] - state.q_measured[j, k]
+                square += way * way
+                closing += way * (state.v_measured[j, k] - state.pace_frame[k])
+            if closing > 0.0 and i != j:
+                apart = math.sqrt(square)
+                margin = apart - safe - to_surface * plan.robot_radius[i]
+                state.pace_met[i] = min(state.pace_met[i], approach(margin, rules) - closing / apart)
