@@ -11,6 +11,7 @@ from __future__ import annotations
 import _thread
 import ctypes
 import math
+import operator
 import os
 import random
 import signal
@@ -20,7 +21,7 @@ import threading
 import time
 import traceback
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from types import ModuleType
 from typing import Any, TextIO
@@ -63,6 +64,7 @@ _UNANNOUNCED = (
 )
 """What it does not announce."""
 _LIBRARIES = ("builtins", "json", "math", "numpy", "numpy.linalg", "os", "sys", "time", "warnings")
+_SIGNALS = sorted(int(number) for number in signal.valid_signals() if number < 32)
 _exit = os._exit
 
 
@@ -156,11 +158,27 @@ def confined(file: str, function: Callable[..., Any] | None = None) -> Iterator[
         raise Trespass(found)
 
 
+@contextmanager
+def watched() -> Iterator[list[str]]:
+    """Simulate within, where plugins are called in every step; a context manager.
+
+    Yields:
+        Receives at the end, in words, what of that which the whole process shares is another now; it is put
+        right again.
+    """
+    before, found = _Shared(False), list[str]()
+    try:
+        yield found
+    finally:
+        if changed := before.changed():
+            found.append(changed)
+
+
 def begin(function: Callable[..., Any] | None, file: str) -> _Call:
     """Note that this thread calls a plugin's function; `end` ends it."""
     call = _calls[threading.get_ident()] = _Call(function, file)
     if supervised.own_page is not None:
-        supervised.own_page.tell(file if function is None else _named(function))
+        supervised.own_page.tell(file if function is None else place_in(function))
     return call
 
 
@@ -190,7 +208,7 @@ def step(function: Callable[..., Any], first: bool, *arguments: Any) -> Any:
         with confined(file, function):
             returned = function(*arguments)
         if supervised.own_page is not None:
-            supervised.own_page.tell(_named(function), timed=False)  # until another is called
+            supervised.own_page.tell(place_in(function), timed=False)  # until another is called
         return returned
     if type(sys.stdout) is not _Output and sys.stdout is not None:
         sys.stdout = _Output(sys.stdout)
@@ -208,8 +226,8 @@ def step(function: Callable[..., Any], first: bool, *arguments: Any) -> Any:
     return returned
 
 
-def _named(function: Callable[..., Any]) -> str:
-    """A function of a plugin, and where it begins."""
+def place_in(function: Callable[..., Any]) -> str:
+    """Where a function of a plugin begins, and its name."""
     return f"{function.__code__.co_filename}:{function.__code__.co_firstlineno}: {function.__qualname__}"
 
 
@@ -274,7 +292,7 @@ class _Shared:
         self._handlers, self._timer = _handlers(), signal.getitimer(signal.ITIMER_REAL)
         self._filters = list(warnings.filters)
         self._limits = sys.getrecursionlimit(), sys.gettrace(), sys.getprofile()
-        self._functions = {module: _functions(module) for module in _shared_modules(loading)}
+        self._members = [(one, vars(one).copy()) for one in _shared_modules(loading)]
 
     def changed(self) -> str:
         """What the plugin changed, in words, put right again; empty for nothing."""
@@ -317,11 +335,10 @@ class _Shared:
         if strict or (not self._loading and warnings.filters != self._filters):
             found.append("changes what becomes of warnings")
             warnings.filters[:] = self._filters  # type: ignore[index]
-        for module, before in self._functions.items():
-            for name, value in before.items():
-                if getattr(module, name, None) is not value:
-                    found.append(f"replaces {module.__name__}.{name}")
-                    setattr(module, name, value)
+        for module, before in self._members:
+            for name, value in _replaced(before, vars(module)):
+                found.append(f"replaces {module.__name__}.{name}")
+                setattr(module, name, value)
         return f"a plugin must not do this: it {found[0]}" if found else ""
 
     def _changed_signals(self) -> Iterator[str]:
@@ -359,7 +376,7 @@ def _folder() -> str:
 
 def _handlers() -> dict[int, Any]:
     """How signals are handled that Python can handle."""
-    known = ((int(number), signal.getsignal(number)) for number in signal.valid_signals() if number < 32)
+    known = ((number, signal.getsignal(number)) for number in _SIGNALS)
     return {number: handler for number, handler in known if handler is not None}
 
 
@@ -370,12 +387,10 @@ def _same_state(one: Any, other: Any) -> bool:
 
 def _shared_modules(every: bool) -> list[ModuleType]:
     """Modules and, of this package, their classes whose functions a plugin must not replace."""
-    names = [
-        name
-        for name in sys.modules
-        if name in _LIBRARIES or (name.startswith(f"{_PACKAGE}.") and (every or name in _JUDGES))
-    ]
-    modules = [sys.modules[name] for name in names if isinstance(sys.modules[name], ModuleType)]
+    names = [*_LIBRARIES, *_JUDGES]
+    if every:
+        names = [*_LIBRARIES, *(name for name in sys.modules if name.startswith(f"{_PACKAGE}."))]
+    modules = [module for name in names if isinstance(module := sys.modules.get(name), ModuleType)]
     classes = [
         value
         for module in modules
@@ -388,16 +403,18 @@ def _shared_modules(every: bool) -> list[ModuleType]:
 
 _JUDGES = {f"{_PACKAGE}.{name}" for name in ("measuring", "metrics.metric", "expect.verdicts", "mission")}
 _JUDGES |= {f"{_PACKAGE}.{name}" for name in ("expectations.expectation", "record.recording", "errors")}
+_FUNCTIONS = (type, type(_shared_modules), type(len), np.ufunc, classmethod, staticmethod, property)
 
 
-def _functions(module: Any) -> dict[str, Any]:
-    """Functions and classes of a module or class, by name, as they are looked up."""
-    kinds = (type, type(_functions), type(len), np.ufunc)
-    return {
-        name: getattr(module, name)
-        for name, value in vars(module).items()
-        if isinstance(value, kinds) and not name.startswith("__")
-    }
+def _replaced(before: Mapping[str, Any], now: Mapping[str, Any]) -> list[tuple[str, Any]]:
+    """Functions and classes of a module or class that are others now: their names, and what they were."""
+    if len(before) == len(now) and all(map(operator.is_, before.values(), now.values())):
+        return []
+    return [
+        (name, value)
+        for name, value in before.items()
+        if now.get(name) is not value and isinstance(value, _FUNCTIONS) and not name.startswith("__")
+    ]
 
 
 def _guard(module: Any, name: str, words: str) -> None:

@@ -281,19 +281,20 @@ def completed(samples: Array) -> str:
     return f"completed {samples[-1, TIME]:g} s"
 
 
-def take(plant: Plant, rows: Array, bound: float) -> tuple[int, Array, Outcome, str]:
+def take(plant: Plant, rows: Array, bound: float, look: bool = True) -> tuple[int, Array, Outcome, str]:
     """Takes samples, and looks whether to go on; what is not worth keeping is taken back.
 
     Args:
         plant: Is simulated on, to the last sample that is worth keeping.
         rows: Receives the samples, shape (k, record_size); fewer if the mission is interrupted on the way.
         bound: See `bound_of`.
+        look: Whether to look for what plugins have changed in the process.
 
     Returns:
         How many samples to keep, the contact episodes that ended among them, and how things stand.
     """
     mark, began = plant.mark(), plant.steps
-    taken, ended = plant.fill(rows)
+    taken, ended = plant.fill(rows, look)
     kept, outcome, message = examine(rows[:taken], plant, bound)
     if outcome is Outcome.COMPLETED and (strayed := _strayed(plant, mark, began, rows[:taken], bound)):
         kept, outcome, message = strayed
@@ -387,7 +388,7 @@ def take_back(plant: Plant, mark: Mark, kept: int) -> Array:
     warned = plant.data.warning.number.copy()
     plant.back_to(mark)
     with stopping.deaf():
-        _, ended = plant.fill(np.empty((kept, plant.world.record_size)))
+        _, ended = plant.fill(np.empty((kept, plant.world.record_size)), look=True)
     plant.data.warning.number[:] = warned
     return ended
 

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from escort_mj import stopping
 from escort_mj.errors import UsageError
-from escort_mj.mission import LARGEST, Flight, bound_of, completed, conclude, take
+from escort_mj.mission import BLOCK, LARGEST, Flight, bound_of, completed, conclude, take
 from escort_mj.record.outcome import Outcome
 from escort_mj.scenario import Scenario
 from escort_mj.scenario.arguments import Bound, argument_error, checked, number, numbers, whole_number
@@ -322,7 +322,7 @@ class SteppedMission:
             due = min(due, 1)
         if due:
             rows = np.empty((due, self._world.record_size))
-            kept, ended, outcome, message = take(plant, rows, self._bound)
+            kept, ended, outcome, message = take(plant, rows, self._bound, look=due >= BLOCK)
             self._samples.append(rows[:kept])
             self._episodes.append(ended)
             if outcome is not Outcome.COMPLETED:

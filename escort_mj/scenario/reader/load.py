@@ -291,7 +291,8 @@ def _checked(data: dict[str, Any], kind: type[Scenario]) -> tuple[Scenario | Non
         return scenario, checks.findings_between_keys(scenario)
     if version := [finding for finding in found if finding.path == ("version",)]:
         return None, version  # another version has other keys: nothing else can be said
-    rest = {key: value for key, value in data.items() if (key,) not in {finding.path for finding in found}}
+    paths = {finding.path for finding in found}
+    rest = {key: value for key, value in data.items() if (key,) not in paths}
     wrong = {str(finding.path[0]) for finding in found}
     if isinstance(rest.get("expect"), list):  # expectations do not depend on each other
         bad = {finding.path[1] for finding in found if finding.path[0] == "expect"}

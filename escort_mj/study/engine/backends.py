@@ -15,13 +15,13 @@ from typing import Any, TypeVar
 from escort_mj.errors import UsageError
 from escort_mj.mission.batch import in_threads
 from escort_mj.study.engine.cluster import cluster
-from escort_mj.study.engine.parallel import AHEAD, Workers
+from escort_mj.study.engine.parallel import AHEAD, Died, Workers
 
 Job = TypeVar("Job")
 Result = TypeVar("Result")
-Results = Generator[tuple[Job, Result | None], None, None]
+Results = Generator[tuple[Job, Result | Died], None, None]
 Backend = Callable[[Callable[[Job], Result], Iterable[Job]], Results[Job, Result]]
-"""Called with a function of a module's top level and jobs; None stands for a job that killed its workers."""
+"""Called with a function of a module's top level and jobs; `Died` stands for a job that killed its workers."""
 
 CONNECTING = 20  # s that a scheduler has to answer
 
@@ -132,4 +132,4 @@ def _as_they_come(
     # Dask blames whatever was waiting at a worker that died: one at a time shows which job it was.
     for job in suspects:
         future = client.submit(function, job, pure=False)
-        yield job, None if isinstance(future.exception(), KilledWorker) else future.result()
+        yield job, Died() if isinstance(future.exception(), KilledWorker) else future.result()

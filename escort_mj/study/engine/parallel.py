@@ -32,6 +32,10 @@ AHEAD = 3  # jobs that are waiting for each worker
 TRIES = 3  # of a job whose worker dies
 
 
+class Died(str):
+    """What the worker processes of a job died of, which killed every one that tried it; empty if unknown."""
+
+
 def cores() -> int:
     """Cores that this process may use."""
     try:
@@ -161,11 +165,7 @@ class _Pool:
 
 
 class Workers:
-    """Worker processes that compute jobs. A context manager, at whose end no process is left.
-
-    Attributes:
-        cause: What the last worker that died died of.
-    """
+    """Worker processes that compute jobs. A context manager, at whose end no process is left."""
 
     def __init__(self, count: int) -> None:
         """Starts none yet.
@@ -173,7 +173,7 @@ class Workers:
         Args:
             count: How many there are to be.
         """
-        self._count, self.cause = count, ""
+        self._count, self._cause = count, ""
         self._pool: _Pool | None = None
 
     def __enter__(self) -> Workers:
@@ -186,7 +186,7 @@ class Workers:
 
     def compute(
         self, function: Callable[[Item], Result], jobs: Iterable[Item]
-    ) -> Generator[tuple[Item, Result | None], None, None]:
+    ) -> Generator[tuple[Item, Result | Died], None, None]:
         """Computes jobs, a few ahead of what takes the results.
 
         A worker that dies takes nothing with it: its jobs are computed again.
@@ -196,7 +196,7 @@ class Workers:
             jobs: Taken as they are wanted.
 
         Yields:
-            Jobs and results as they come; None for a job that kills every worker that tries it.
+            Jobs and results as they come, or what the workers died of that tried a job.
         """
         waiting = iter(jobs)
         flying: dict[Future[Result], tuple[Item, int]] = {}  # with the tries that they have had
@@ -235,7 +235,7 @@ class Workers:
                         elif tries + 1 < TRIES:
                             again.append((job, tries + 1))
                         else:
-                            yield job, None
+                            yield job, Died(self._cause)
                     flying.clear()
         except BaseException:
             pool, self._pool = self._pool, None
@@ -252,7 +252,7 @@ class Workers:
         broken, self._pool = self._pool, None
         if broken is not None:
             broken.close()
-            self.cause = broken.cause()
+            self._cause = broken.cause()
         self._pool = _Pool(self._count)
         try:
             self._pool.submit(os.getpid).result()
@@ -309,13 +309,13 @@ def side_by_side(
         jobs = list(enumerate(items))
         with Workers(workers) as pool, closing(pool.compute(partial(_one, function), jobs)) as results:
             for (number, item), result in results:
-                if result is not None:
+                if not isinstance(result, Died):
                     note(number, result[0])
                 elif lost is not None:
-                    note(number, lost(item, pool.cause))
+                    note(number, lost(item, result))
                 else:
                     raise EscortError(
-                        f"processes that compute were killed {TRIES} times ({pool.cause}; out of memory?); "
+                        f"processes that compute were killed {TRIES} times ({result}; out of memory?); "
                         "what had ended is kept: run this again"
                     )
     return [found[number] for number in range(len(items))]

@@ -16,6 +16,7 @@ from escort_mj.record.files import write_text
 from escort_mj.record.outcome import Outcome
 from escort_mj.record.tables import comma_separated
 from escort_mj.study.engine.backends import Backend
+from escort_mj.study.engine.parallel import Died
 from escort_mj.study.engine.store import FILE, Row, Store
 from escort_mj.study.engine.work import RUNS, Job, killed, perform
 from escort_mj.study.sweeps.definition import StudyFile, cells_of
@@ -188,7 +189,7 @@ def make(
         with closing(backend(perform, _claimed(missing, store))) as results:
             for job, row in results:
                 stopping.raise_if_interrupted()
-                store.put(row if row is not None else killed(job))
+                store.put(killed(job, row) if isinstance(row, Died) else row)
                 made, done = made + 1, done + 1
                 if progress is not None:
                     progress(done, total)

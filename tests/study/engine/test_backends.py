@@ -14,6 +14,7 @@ from typing import Any
 import pytest
 
 from escort_mj.study.engine.backends import Backend, dask, local, threads
+from escort_mj.study.engine.parallel import Died
 from tests.study.jobs import Job, sleep, stumble, work
 
 LOCAL = pytest.param(lambda: local(2), id="local")
@@ -64,7 +65,10 @@ def test_a_job_that_kills_every_worker_becomes_a_result(make: Make, tmp_path: Pa
     jobs = [Job(number, tmp_path, deaths=99 if number == 5 else 0) for number in range(12)]
     with make() as backend:
         results = dict(backend(work, iter(jobs)))
-    assert results == {job: None if job.number == 5 else job.number**2 for job in jobs}
+    died = results.pop(jobs[5])
+    assert isinstance(died, Died)
+    assert died == ("killed by SIGKILL" if make is LOCAL.values[0] else "")  # Dask does not say
+    assert results == {job: job.number**2 for job in jobs if job.number != 5}
 
 
 @pytest.mark.parametrize("make", [*backends()[:2], *slow(backends()[2:]), THREADS])
