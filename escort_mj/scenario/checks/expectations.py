@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from escort_mj.behaviors import Headed
 from escort_mj.expectations.expectation import Expectation
 from escort_mj.expectations.outcome import OutcomeExpectation
 from escort_mj.monitor.signals import FLOOR, GROUPS, ROBOTS, TARGET
@@ -13,6 +14,28 @@ from escort_mj.scenario.geometry.bodies import bodies_of
 from escort_mj.scenario.schema.scenario import Scenario
 
 MOST_NAMES = 8  # listed in a message
+GOALS = "robots have no goals"
+OPPONENTS = "there are no opponents"
+BELIEFS = "all robots know what the team's sensors show (knowledge, communication)"
+MESSAGES = "robots do not communicate (communication)"
+TRUTH = "the truth is not recorded (recording.truth)"
+NEEDS = (
+    dict.fromkeys(("reached", "goal_distance_max", "arrival_time", "arrived", "stuck"), GOALS)
+    | dict.fromkeys(
+        ("opponents_intercepted", "opponents_breached", "threat_time_min", "opponents_energy"), OPPONENTS
+    )
+    | dict.fromkeys(
+        ("estimate_error_rms", "disagreement_max", "information_age_max", "estimate_consistency"), BELIEFS
+    )
+    | dict.fromkeys(
+        ("message_rate", "messages_lost_share", "connectivity_min", "disconnected_time"), MESSAGES
+    )
+    | dict.fromkeys(
+        ("mass_eigenvalue_min", "mass_eigenvalue_max", "skew_residual", "coriolis_residual"), TRUTH
+    )
+    | dict.fromkeys(("lyapunov_rise", "lyapunov_unexplained"), TRUTH)
+)
+"""What metrics and expectations measure, by their names, in the words for its lack."""
 
 
 def check_bounds(scenario: Scenario) -> Iterator[Finding]:
@@ -52,6 +75,24 @@ def check_windows(scenario: Scenario) -> Iterator[Finding]:
                 f"with steps of {timestep:g} s",
                 related=(("physics", "timestep"),),
             )
+
+
+def check_told(scenario: Scenario) -> Iterator[Finding]:
+    """What expectations measure is there: goals, opponents, what robots know and say, the truth."""
+    stacks = [scenario.mission.behaviors, *(phase.behaviors for phase in scenario.mission.supervisor)]
+    there = {
+        GOALS: any(isinstance(behavior, Headed) for stack in stacks for behavior in stack),
+        OPPONENTS: bool(scenario.opponents),
+        BELIEFS: scenario.knowledge is not None or scenario.communication is not None,
+        MESSAGES: scenario.communication is not None,
+        TRUTH: scenario.recording.truth,
+    }
+    for index, expectation in enumerate(scenario.expect):
+        name = getattr(expectation, "metric", expectation.kind)
+        needed = NEEDS.get(name)
+        if needed is not None and not there[needed] and expectation.skip is None:
+            key = "metric" if name != expectation.kind else expectation.kind
+            yield Finding(("expect", index, key), f"found {name}, but {needed}: it would have no value")
 
 
 def check_sides(scenario: Scenario) -> Iterator[Finding]:

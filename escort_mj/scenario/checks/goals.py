@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from escort_mj.behaviors import Formation, Goal, Headed
 from escort_mj.behaviors.formation import ALONG
@@ -19,6 +21,8 @@ from escort_mj.scenario.geometry.obstacles import obstacles_of
 from escort_mj.scenario.geometry.placement import robot_count, team
 from escort_mj.scenario.schema.expressions import Expression, ExpressionError
 from escort_mj.scenario.schema.scenario import Scenario
+
+Array = NDArray[np.float64]
 
 MOST_REPORTED = 20
 
@@ -106,9 +110,13 @@ def check_one_way(scenario: Scenario) -> Iterator[Finding]:
 
 
 def check_goals(scenario: Scenario) -> Iterator[Finding]:
-    """As many goals as robots, of as many numbers as axes, and all robots fit at their last ones."""
+    """As many goals as robots, of as many numbers as axes; all robots fit at their last ones, or offsets."""
     count, axes = robot_count(scenario), scenario.axes
     for path, goal in behaviors_of(scenario):
+        if isinstance(goal, Formation) and isinstance(goal.scale, float):
+            with suppress(ScenarioError):  # no room for robots, which another check says
+                places = goal.scale * np.array(goal.offsets)
+                yield from _overlapping(places, team(scenario).radius, "offsets", (*path, "offsets"))
         if not isinstance(goal, Goal):
             continue
         path = (*path, "goals")
@@ -158,14 +166,7 @@ def _fitting(scenario: Scenario, goal: Goal, path: Path) -> Iterator[Finding]:
             yield from (Finding(path, fault.message) for fault in error.faults)
         return
     last = np.array([points[-1] for points in goals])
-    gaps = np.linalg.norm(last[:, None] - last, axis=2) - robots.radius[:, None] - robots.radius
-    near = np.argwhere(np.triu(gaps < 0.0, 1))
-    for i, j in near[:MOST_REPORTED]:
-        yield Finding(
-            path,
-            f"found goals of robots {i + 1} and {j + 1} whose bodies overlap by {-gaps[i, j]:.3g} m there",
-            related=(("robots", "radius"),),
-        )
+    yield from _overlapping(last, robots.radius, "goals", path)
     for body in obstacles_of(scenario):
         if body.motion is not None:
             continue
@@ -176,3 +177,21 @@ def _fitting(scenario: Scenario, goal: Goal, path: Path) -> Iterator[Finding]:
                 f"found the goal of robot {int(clear.argmin()) + 1}, where it overlaps {body.name} "
                 f"by {-clear.min():.3g} m",
             )
+
+
+def _overlapping(places: Array, radius: Array, what: str, path: Path) -> Iterator[Finding]:
+    """Robots at places that are meant for them do not overlap.
+
+    Args:
+        places: Of the robots, shape (n, p) [m].
+        radius: Of their bodies, shape (n,) [m].
+        what: What to call the places.
+        path: Of these.
+    """
+    gaps = np.linalg.norm(places[:, None] - places, axis=2) - radius[:, None] - radius
+    for i, j in np.argwhere(np.triu(gaps < 0.0, 1))[:MOST_REPORTED]:
+        yield Finding(
+            path,
+            f"found {what} of robots {i + 1} and {j + 1} whose bodies overlap by {-gaps[i, j]:.3g} m there",
+            related=(("robots", "radius"),),
+        )

@@ -18,6 +18,7 @@ from escort_mj.scenario.geometry.walls import LEAST
 from escort_mj.scenario.schema.obstacle_tables import Drive, Obstacle, Wall
 from escort_mj.scenario.schema.scenario import Scenario
 
+THINNEST = 1e-3  # m, as the radius of a body
 SHARPEST = math.radians(150.0)  # turn of a wall
 
 
@@ -97,6 +98,12 @@ def _check_size(scenario: Scenario, obstacle: Obstacle, path: Path) -> Iterator[
             hull(tuple(map(tuple, sizes(obstacle, scenario.axes, scenario.robots.height)[1])))
         except ValueError:
             yield Finding((*path, "vertices"), "span no body: they lie in one line or plane")
+            return
+        corners = np.array(obstacle.vertices)
+        _, _, directions = np.linalg.svd(corners - corners.mean(axis=0))
+        if (thin := float(np.ptp(corners @ directions[-1]))) < THINNEST:
+            words = f"span a body that is {thin:.3g} m thin; expected at least {THINNEST:g} m"
+            yield Finding((*path, "vertices"), words)
 
 
 def check_walls(scenario: Scenario) -> Iterator[Finding]:

@@ -15,6 +15,7 @@ from escort_mj.scenario.checks.mission import behaviors_of
 from escort_mj.scenario.findings import Finding, Path
 from escort_mj.scenario.geometry.obstacles import obstacles_of
 from escort_mj.scenario.geometry.trajectory import target_trajectory
+from escort_mj.scenario.schema.expressions import Expression
 from escort_mj.scenario.schema.scenario import Scenario
 
 Array = NDArray[np.float64]
@@ -40,7 +41,8 @@ def check_radii(scenario: Scenario) -> Iterator[Finding]:
         if not isinstance(surface, Surface):
             continue
         if isinstance(surface.radius, str):
-            yield from check_function(scenario, (*path, "radius"), surface.radius)
+            wrong = list(check_function(scenario, (*path, "radius"), surface.radius))
+            yield from wrong or _small(scenario, (*path, "radius"), surface.radius, body)
         for name in ("radius", "least"):
             value = getattr(surface, name)
             if isinstance(value, float) and value <= body:
@@ -48,6 +50,22 @@ def check_radii(scenario: Scenario) -> Iterator[Finding]:
                 yield Finding((*path, name), words, related=(("target", "radius"), ("robots", "radius")))
         if surface.least is not None and not surface.fit:
             yield Finding((*path, "least"), "found a smallest radius without fit: true")
+        whole = scenario.mission.radius if surface.radius is None else surface.radius
+        if surface.least is not None and isinstance(whole, float) and not scenario.teams:
+            if surface.least > whole:
+                words = f"found {surface.least:g} m; expected at most the radius, {whole:g} m"
+                yield Finding((*path, "least"), words, related=(("mission", "radius"),))
+
+
+def _small(scenario: Scenario, path: Path, radius: str, body: float) -> Iterator[Finding]:
+    """A radius that changes stays larger than bodies."""
+    times = np.linspace(0.0, scenario.duration, SAMPLES)
+    values = Expression(radius).evaluate(times)[0]
+    at = int(np.argmin(values))
+    if values[at] <= body:
+        words = f"is {values[at]:.3g} m at t = {times[at]:g} s, inside the target's body; "
+        words += f"expected more than {body:g} m"
+        yield Finding(path, words, related=(("target", "radius"), ("robots", "radius")))
 
 
 def check_doors(scenario: Scenario) -> Iterator[Finding]:

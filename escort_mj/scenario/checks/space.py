@@ -20,6 +20,7 @@ from escort_mj.scenario.schema.scenario import Scenario
 
 Array = NDArray[np.float64]
 
+FARTHEST = 1e5  # m from its center that a placement allows
 MOST_OVERLAPS = 20  # reported at once
 
 
@@ -59,6 +60,21 @@ def check_body(scenario: Scenario) -> Iterator[Finding]:
             ("target", key), f"found in {scenario.axes} axes; expected 2 or 3: there the target is kinematic"
         )
     yield from check_drive(scenario, target.drive, ("target", "body"))
+
+
+def check_around(scenario: Scenario) -> Iterator[Finding]:
+    """Robots that are placed around the target by chance find themselves within what placement allows."""
+    if scenario.robots.positions is not None or scenario.robots.placement is not None:
+        return
+    radii: list[tuple[Path, float | None]] = [
+        (("teams", i, "radius"), t.radius) for i, t in enumerate(scenario.teams)
+    ]
+    for path, radius in [(("mission", "radius"), scenario.mission.radius), *radii]:
+        if radius is not None and 2.0 * radius > FARTHEST:
+            words = (
+                f"found {radius:g} m; expected at most {0.5 * FARTHEST:g} m, or robots.positions or placement"
+            )
+            yield Finding(path, words)
 
 
 def check_clearance(scenario: Scenario) -> Iterator[Finding]:

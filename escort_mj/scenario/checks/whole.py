@@ -5,11 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Collection, Iterator
 
+from pydantic import BaseModel
+
 from escort_mj.behaviors import Headed, Surface
 from escort_mj.expectations.expectation import watches_of
 from escort_mj.numerics.steps import last_step
 from escort_mj.robots.modeled import ModeledKind
-from escort_mj.scenario.checks.expectations import check_bounds, check_sides, check_windows
+from escort_mj.scenario.checks.expectations import check_bounds, check_sides, check_told, check_windows
 from escort_mj.scenario.checks.failures import check_failures
 from escort_mj.scenario.checks.goals import check_formations, check_goals, check_one_way, check_target
 from escort_mj.scenario.checks.knowledge import (
@@ -46,7 +48,7 @@ from escort_mj.scenario.checks.robots import (
     check_weights,
 )
 from escort_mj.scenario.checks.sensing import check_biases, check_delays, check_lidar, check_sight
-from escort_mj.scenario.checks.space import check_body, check_clearance, check_dimensions
+from escort_mj.scenario.checks.space import check_around, check_body, check_clearance, check_dimensions
 from escort_mj.scenario.checks.teams import (
     check_circles,
     check_escorts,
@@ -61,7 +63,7 @@ from escort_mj.scenario.geometry.bodies import bodies_of
 from escort_mj.scenario.geometry.obstacles import obstacles_of
 from escort_mj.scenario.geometry.placement import coordinates_of, kinds_of, robot_count
 from escort_mj.scenario.schema.knowledge import senders_of
-from escort_mj.scenario.schema.scenario import Scenario
+from escort_mj.scenario.schema.scenario import Scenario, Target
 from escort_mj.scenario.schema.sensing import ray_count
 from escort_mj.signals import channel_sizes, record_size, truth_sizes
 
@@ -145,6 +147,7 @@ SHAPES: tuple[tuple[Check, tuple[str, ...]], ...] = (
     (check_dimensions, ("axes",)),  # a part that is wrong by itself holds its defaults, which fit any axes
     (check_biases, ("axes", "sensing")),
     (check_team, ("axes", "robots")),
+    (check_around, ("robots", "mission", "teams")),
     (check_kinds, ("axes", "robots")),
     (check_motion, ("axes", "duration", "target", "uncertainty", "obstacles")),
     (check_formations, ("axes", "duration", "target", "robots", "mission")),
@@ -162,6 +165,7 @@ RELATIONS: tuple[tuple[Check, tuple[str, ...]], ...] = (
     (check_recording, ("duration", "physics", "recording", "robots", "axes", "mission", *AROUND)),
     (check_bounds, ("expect",)),
     (check_windows, ("expect", "duration", "physics")),
+    (check_told, ("expect", "mission", "opponents", "knowledge", "communication", "recording")),
     (check_sides, ("expect", "axes", "robots", *AROUND)),
     (check_obstacle_names, ("axes", *AROUND)),
     (check_behaviors, ("mission",)),
@@ -180,7 +184,7 @@ RELATIONS: tuple[tuple[Check, tuple[str, ...]], ...] = (
     (check_goals, ("axes", "seed", "target", "robots", "mission", *AROUND)),
     (check_formation, ("axes", "target", "robots", "mission", "teams")),
     (check_radii, ("axes", "duration", "target", "robots", "mission")),
-    (check_doors, ("axes", "duration", "target", "robots", "walls")),
+    (check_doors, ("axes", "duration", "target", "robots", *AROUND)),
     (check_motors, ("axes", "robots")),
     (check_models, ("robots", "recording", "controller", "teams")),
     (check_heights, ("axes", "physics", "robots")),
@@ -209,6 +213,8 @@ def findings_between_keys(scenario: Scenario, wrong: Collection[str] = ()) -> li
     found: list[Finding] = []
     for checks in (SHAPES, ROOM, RELATIONS):
         parts = {*wrong, *(str(finding.path[0]) for finding in found)}
+        if "target" in parts:  # what is around starts from where it is, whatever a check looks at
+            scenario = BaseModel.model_copy(scenario, update={"target": Target()})  # Scenario's own checks it
         for check, needs in checks:
             around = "clutter" in needs and scenario.clutter is not None
             if parts.isdisjoint(needs) and not (around and parts.intersection(CLUTTERED)):

@@ -21,7 +21,7 @@ Job = TypeVar("Job")
 Result = TypeVar("Result")
 Results = Generator[tuple[Job, Result | Died], None, None]
 Backend = Callable[[Callable[[Job], Result], Iterable[Job]], Results[Job, Result]]
-"""Called with a function of a module's top level and jobs; `Died` stands for a job that killed its workers."""
+"""Called with a function of a module's top level and jobs; `Died` is the result of one that kills workers."""
 
 CONNECTING = 20  # s that a scheduler has to answer
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import math
 import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 from typing import NamedTuple
@@ -19,6 +18,7 @@ MOST_DEPTH = 20  # of includes
 MOST_NESTED = 100  # elements in each other
 MOST_ELEMENTS, MOST_BODIES = 50_000, 2000  # of the text, and of bodies with all that <replicate> repeats
 REPEATING = ("replicate", "composite")
+LARGEST = 1e10  # mjMAXVAL: a state beyond it is none for MuJoCo
 NAMES = ("name", "class", "file")
 FOLDERS = {"mesh": "meshdir", "texture": "texturedir", "hfield": "meshdir", "skin": "meshdir"}
 FILES = ("file", "fileright", "fileleft", "fileup", "filedown", "filefront", "fileback")
@@ -116,7 +116,7 @@ def _excess(root: Element) -> str:
             (f'{key}="{text}"' for key, text in element.items() if key not in NAMES and _no_number(text)),
             None,
         ):
-            return f"found <{element.tag} {shortened(wrong)}>; expected finite numbers"
+            return f"found <{element.tag} {shortened(wrong)}>; expected finite numbers of at most {LARGEST:g}"
         bodies += times * (element.tag in ("body", *REPEATING))
         if depth > MOST_NESTED:
             return f"found more than {MOST_NESTED} elements in each other; a robot has fewer"
@@ -132,12 +132,12 @@ def _excess(root: Element) -> str:
 
 
 def _no_number(text: str) -> bool:
-    """Whether an attribute holds numbers, and one of them is NaN or infinite."""
+    """Whether an attribute holds numbers, and one of them is NaN, infinite or beyond what MuJoCo takes."""
     try:
         numbers = [float(word) for word in text.split()[:1000]]
     except ValueError:
         return False
-    return not all(map(math.isfinite, numbers))
+    return not all(abs(number) <= LARGEST for number in numbers)
 
 
 def _repeated(count: str) -> int:
