@@ -78,6 +78,7 @@ class _Call:
     Attributes:
         function: Which; None while a plugin is loaded.
         file: The plugin's file.
+        outer: The call during which it was called; None if it was not.
         began: When [s].
         trespass: What it did and may not do, where it caught the error.
         overdue: Since when its time is over; infinite if it is not [s].
@@ -85,6 +86,7 @@ class _Call:
 
     def __init__(self, function: Callable[..., Any] | None, file: str) -> None:
         self.function, self.file = function, file
+        self.outer: _Call | None = None
         self.began, self.trespass, self.overdue = time.monotonic(), "", math.inf
 
 
@@ -176,7 +178,9 @@ def watched() -> Iterator[list[str]]:
 
 def begin(function: Callable[..., Any] | None, file: str) -> _Call:
     """Note that this thread calls a plugin's function; `end` ends it."""
-    call = _calls[threading.get_ident()] = _Call(function, file)
+    call = _Call(function, file)
+    call.outer = _calls.get(threading.get_ident())
+    _calls[threading.get_ident()] = call
     if supervised.own_page is not None:
         supervised.own_page.tell(file if function is None else place_in(function))
     return call
@@ -184,18 +188,23 @@ def begin(function: Callable[..., Any] | None, file: str) -> _Call:
 
 def end(call: _Call) -> None:
     """Note that a call of this thread has ended."""
-    _calls.pop(threading.get_ident(), None)
+    thread = threading.get_ident()
+    if call.outer is None:
+        _calls.pop(thread, None)
+    else:
+        _calls[thread] = call.outer
     if supervised.own_page is not None:
         supervised.own_page.tell("")
 
 
-def step(function: Callable[..., Any], first: bool, *arguments: Any) -> Any:
+def step(function: Callable[..., Any], first: bool, *arguments: Any, **more: Any) -> Any:
     """Call a plugin's function that is called in every step; all that it may not do is looked for once.
 
     Args:
         function: Of the plugin.
         first: Whether it is the first call of a mission.
         arguments: Of the function.
+        more: The same, by name.
 
     Returns:
         What it returned.
@@ -206,21 +215,25 @@ def step(function: Callable[..., Any], first: bool, *arguments: Any) -> Any:
     file = function.__code__.co_filename
     if first:
         with confined(file, function):
-            returned = function(*arguments)
+            returned = function(*arguments, **more)
         if supervised.own_page is not None:
             supervised.own_page.tell(place_in(function), timed=False)  # until another is called
         return returned
     if type(sys.stdout) is not _Output and sys.stdout is not None:
         sys.stdout = _Output(sys.stdout)
     thread, call = threading.get_ident(), _Call(function, file)
+    outer = _calls.get(thread)
     _calls[thread] = call
     try:
-        returned = function(*arguments)
+        returned = function(*arguments, **more)
     except Trespass as error:
         error.args = (call.trespass,)
         raise
     finally:
-        _calls.pop(thread, None)
+        if outer is None:
+            del _calls[thread]
+        else:
+            _calls[thread] = outer
     if call.trespass:
         raise Trespass(call.trespass)
     return returned
@@ -403,7 +416,7 @@ def _shared_modules(every: bool) -> list[ModuleType]:
 
 _JUDGES = {f"{_PACKAGE}.{name}" for name in ("measuring", "metrics.metric", "expect.verdicts", "mission")}
 _JUDGES |= {f"{_PACKAGE}.{name}" for name in ("expectations.expectation", "record.recording", "errors")}
-_FUNCTIONS = (type, type(_shared_modules), type(len), np.ufunc, classmethod, staticmethod, property)
+_WRAPPED = (classmethod, staticmethod, property)
 
 
 def _replaced(before: Mapping[str, Any], now: Mapping[str, Any]) -> list[tuple[str, Any]]:
@@ -413,7 +426,9 @@ def _replaced(before: Mapping[str, Any], now: Mapping[str, Any]) -> list[tuple[s
     return [
         (name, value)
         for name, value in before.items()
-        if now.get(name) is not value and isinstance(value, _FUNCTIONS) and not name.startswith("__")
+        if now.get(name) is not value
+        and (callable(value) or isinstance(value, _WRAPPED))
+        and not name.startswith("__")
     ]
 
 

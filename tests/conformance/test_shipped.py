@@ -44,7 +44,8 @@ EXAMPLES: tuple[dict[str, Any], ...] = (
 
 @pytest.mark.parametrize("example", EXAMPLES, ids=str)
 def test_every_expectation_is_what_a_plugins_has_to_be(compiled: None, example: dict[str, Any]) -> None:
-    (demand,) = parse_scenario(json.dumps({"name": "it", "expect": [example]})).expect
+    mission = {"behaviors": [{"behavior": "goal", "goals": "opposite"}]} if "reached" in example else {}
+    (demand,) = parse_scenario(json.dumps({"name": "it", "expect": [example], "mission": mission})).expect
     assert not [row for row in records.check_judgments(demand) if not row.held]
     assert demand.demanded and demand.subject
 

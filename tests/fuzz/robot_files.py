@@ -5,6 +5,7 @@ from __future__ import annotations
 import random
 import re
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 
 from escort_mj.api import scenarios_folder
@@ -138,8 +139,10 @@ EXTRAS = [
     '<worldbody><geom name="floor" type="plane" size="1 1 1"/></worldbody>',
     '<worldbody><geom type="sphere" size="500"/></worldbody>',
     '<worldbody><replicate count="30000" offset="1 0 0"><geom size="1"/></replicate></worldbody>',
-    '<worldbody><replicate count="2000" offset="1 0 0"><body><freejoint/><geom size="0.1"/></body></replicate></worldbody>',
-    '<worldbody><flexcomp name="f" type="grid" count="60 60 60" spacing="0.1 0.1 0.1" pos="0 0 1"/></worldbody>',
+    '<worldbody><replicate count="2000" offset="1 0 0">'
+    '<body><freejoint/><geom size="0.1"/></body></replicate></worldbody>',
+    '<worldbody><flexcomp name="f" type="grid" count="60 60 60" spacing="0.1 0.1 0.1" pos="0 0 1"/>'
+    "</worldbody>",
     '<worldbody><composite type="cable" curve="s" count="100000 1 1" size="1"/></worldbody>',
     "<worldbody><body>" * 300 + "</body></worldbody>" * 300,
     "<deformable><skin/></deformable>",
@@ -293,7 +296,8 @@ def robot_file(dice: random.Random) -> tuple[str, str]:
     name = dice.choice(sorted(GOOD))
     text = GOOD[name]
     for _ in range(dice.choice((1, 1, 2))):
-        text = dice.choice(WAYS)(text, dice) or text
+        with suppress(IndexError):  # nothing is left of the kind
+            text = dice.choice(WAYS)(text, dice)
     return name, text
 
 

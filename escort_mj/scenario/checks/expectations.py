@@ -18,7 +18,6 @@ GOALS = "robots have no goals"
 OPPONENTS = "there are no opponents"
 BELIEFS = "all robots know what the team's sensors show (knowledge, communication)"
 MESSAGES = "robots do not communicate (communication)"
-TRUTH = "the truth is not recorded (recording.truth)"
 NEEDS = (
     dict.fromkeys(("reached", "goal_distance_max", "arrival_time", "arrived", "stuck"), GOALS)
     | dict.fromkeys(
@@ -30,10 +29,6 @@ NEEDS = (
     | dict.fromkeys(
         ("message_rate", "messages_lost_share", "connectivity_min", "disconnected_time"), MESSAGES
     )
-    | dict.fromkeys(
-        ("mass_eigenvalue_min", "mass_eigenvalue_max", "skew_residual", "coriolis_residual"), TRUTH
-    )
-    | dict.fromkeys(("lyapunov_rise", "lyapunov_unexplained"), TRUTH)
 )
 """What metrics and expectations measure, by their names, in the words for its lack."""
 
@@ -78,14 +73,13 @@ def check_windows(scenario: Scenario) -> Iterator[Finding]:
 
 
 def check_told(scenario: Scenario) -> Iterator[Finding]:
-    """What expectations measure is there: goals, opponents, what robots know and say, the truth."""
+    """What expectations measure is there: goals, opponents, what robots know and say."""
     stacks = [scenario.mission.behaviors, *(phase.behaviors for phase in scenario.mission.supervisor)]
     there = {
         GOALS: any(isinstance(behavior, Headed) for stack in stacks for behavior in stack),
         OPPONENTS: bool(scenario.opponents),
         BELIEFS: scenario.knowledge is not None or scenario.communication is not None,
         MESSAGES: scenario.communication is not None,
-        TRUTH: scenario.recording.truth,
     }
     for index, expectation in enumerate(scenario.expect):
         name = getattr(expectation, "metric", expectation.kind)

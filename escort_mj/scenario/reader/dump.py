@@ -121,7 +121,7 @@ def _table(table: dict[str, Any], indent: str) -> Iterator[str]:
 
 
 def _item(item: Any, indent: str) -> Iterator[str]:
-    if not isinstance(item, dict):
+    if not isinstance(item, dict) or not item:
         yield f"{indent}- {flow(item)}"
         return
     first, *rest = _table(item, indent + "  ")

@@ -133,7 +133,7 @@ _WANTED: dict[str, Callable[[dict[str, Any]], str]] = {
     "too_long": lambda c: f"at most {c['max_length']} items",
     "string_too_short": lambda c: "some text",
     "string_too_long": lambda c: f"at most {c['max_length']} characters",
-    "string_pattern_mismatch": lambda c: PATTERNS[c["pattern"]],
+    "string_pattern_mismatch": lambda c: PATTERNS.get(c["pattern"], f"text such as {c['pattern']}"),
 }
 
 

@@ -20,13 +20,14 @@ from escort_mj.scenario.findings import (
     listed,
     parse_key_path,
     shortened,
+    shown,
 )
 from escort_mj.scenario.reader import explain
 from escort_mj.scenario.reader.document import Document, Place, read_document
 from escort_mj.scenario.reader.dump import flow
 from escort_mj.scenario.reader.load import read_text, tuples
 from escort_mj.scenario.reader.plain import document_of
-from escort_mj.scenario.schema.fields import RUN_NAME
+from escort_mj.scenario.schema.fields import PATTERNS, RUN_NAME
 from escort_mj.scenario.schema.scenario import Scenario
 from escort_mj.study.sweeps.parameters import NAME, names_in_braces
 from escort_mj.study.sweeps.quantities import ChosenMetric, MetricOver
@@ -36,6 +37,7 @@ from escort_mj.study.sweeps.searches import Falsify, Tune
 MOST_CELLS = 10_000  # each is tried before anything runs, 10 ms
 MOST_RUNS = 1_000_000  # laid out at once, half a kilobyte each
 PARAMETER = rf"^{NAME}$"
+PATTERNS[PARAMETER] = "small letters, digits and _, a letter first"
 
 
 class Sample(Parameters):
@@ -220,6 +222,12 @@ def _findings(study: Study) -> list[Finding]:
     for key, levels in study.vary.items():
         if isinstance(levels, Range):
             found += levels.findings(("vary", key))
+        else:
+            again = next((place for place, value in enumerate(levels) if _among(value, levels[:place])), None)
+            if again is not None:
+                found.append(
+                    Finding(("vary", key, again), f"found {shown(levels[again])} again; one cell is enough")
+                )
     for path, box in _boxes(study):
         for key, bounds in box.items():
             found += bounds.findings((*path, key)) if isinstance(bounds, Range) else ()
@@ -230,6 +238,11 @@ def _findings(study: Study) -> list[Finding]:
         if one.key in keys[:place]:
             found.append(Finding(("quantities", place), f"{one.key} is in the list already"))
     return found or list(_size_findings(study))
+
+
+def _among(value: Any, others: Sequence[Any]) -> bool:
+    """Whether a value is one of others; 1 is not true."""
+    return any(value == other and isinstance(value, bool) == isinstance(other, bool) for other in others)
 
 
 def values_of(levels: tuple[Any, ...] | Steps) -> list[Any]:
@@ -298,11 +311,24 @@ def _parameter_findings(study: Study) -> Iterator[Finding]:
             values += [(("sample", "over", key), draw)]
             if key in study.parameters and not all(isinstance(one, int | float) for one in draw):
                 yield Finding(("sample", "over", key), "is a parameter; expected numbers")
+    used = {
+        name
+        for levels in study.vary.values()
+        if isinstance(levels, tuple)
+        for name in names_in_braces(levels)
+    }
     for path, value in values if study.parameters else ():
         for name in names_in_braces(value):
+            used.add(name)
             if name not in study.parameters:
                 message = f"found {{{name}}}; the parameters are {listed([*study.parameters])}"
                 yield Finding(path, message + did_you_mean(name, study.parameters))
+    varied = [(("vary", key), key) for key in study.vary]
+    varied += [((*path, key), key) for path, box in _boxes(study) for key in box]
+    for path, key in varied:
+        if key in study.parameters and key not in used:
+            words = f"is a parameter that no value of set or cases names in braces, as {{{key}}}: it changes nothing"
+            yield Finding(path, words, at_key=True)
 
 
 __all__ = ["Limit", "Range", "Sample", "Scenario", "Steps", "Study", "StudyFile", "is_study", "load_study"]

@@ -37,6 +37,9 @@ class Range(Parameters):
         """What is wrong with its numbers, at a path."""
         if not self.low < self.high:
             yield Finding((*path, "high"), f"found {self.high:g}; expected more than low, {self.low:g}")
+        elif self.whole and not (self.low.is_integer() and self.high.is_integer()):
+            words = f"found {self.low:g} and {self.high:g}; bounds of whole numbers are whole numbers"
+            yield Finding(path, words)
         elif self.scale == "log" and self.low <= 0.0:
             yield Finding((*path, "low"), f"found {self.low:g}; a logarithmic scale needs more than 0")
 

@@ -11,9 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj import palette
-from escort_mj.errors import PluginCallError, PluginError
+from escort_mj.errors import PluginError
 from escort_mj.mjcf import child_named, copied, names_in_copy, section, set_attributes
-from escort_mj.plugin_calls import calling
 from escort_mj.robots.kind import FREE_COORDINATES, Motor, RobotKind
 from escort_mj.robots.modeled import ModeledKind
 from escort_mj.scenario.geometry.placement import Placement
@@ -203,13 +202,8 @@ def _shape(body: Element, name: str, kind: RobotKind, mass: float, radius: float
     parts = {"robot": body}
     for part in body.iter():
         parts.setdefault(part.get("name", part.tag).removeprefix(f"{name}_"), part)
-    try:
-        with calling(type(kind).weigh):
-            kind.weigh(parts, mass, radius)
-        with calling(type(kind).shape):
-            kind.shape(parts, radius)
-    except PluginCallError as error:
-        raise PluginError(f"the kind {kind.kind}: {error}") from None
+    kind.weigh(parts, mass, radius)
+    kind.shape(parts, radius)
     types = [joint.get("type", joint.tag) for joint in body.iter() if joint.tag in JOINTS]
     found = sum(COORDINATES.get(each, 1) for each in types)
     if axes <= IN_SPACE and found != kind.coordinates(axes):
