@@ -305,6 +305,7 @@ class _Shared:
         self._handlers, self._timer = _handlers(), signal.getitimer(signal.ITIMER_REAL)
         self._filters = list(warnings.filters)
         self._limits = sys.getrecursionlimit(), sys.gettrace(), sys.getprofile()
+        self._modules = None if loading else sys.modules.copy()
         self._members = [(one, vars(one).copy()) for one in _shared_modules(loading)]
 
     def changed(self) -> str:
@@ -348,6 +349,9 @@ class _Shared:
         if strict or (not self._loading and warnings.filters != self._filters):
             found.append("changes what becomes of warnings")
             warnings.filters[:] = self._filters  # type: ignore[index]
+        if self._modules is not None and (gone := self._modules.keys() - sys.modules.keys()):
+            found.append("takes modules away")
+            sys.modules.update({name: self._modules[name] for name in gone})
         for module, before in self._members:
             for name, value in _replaced(before, vars(module)):
                 found.append(f"replaces {module.__name__}.{name}")

@@ -206,7 +206,7 @@ class Metric(NamedTuple):
             None if found.value is None else number(found.value, "value"),
             None if found.time is None else number(found.time, "time", finite=True),
             names(found.bodies),
-            text(found.reason, "reason"),
+            text(found.reason, "reason") or ("" if found.value is not None else f"{self.name} has no value"),
             bool(found.broken),
             manner=text(found.manner, "manner"),
         )
@@ -275,7 +275,7 @@ def metric(
         tail: Of earlier versions; `over` says it now.
 
     Raises:
-        UsageError: If `over` is none of these, or `tail` is given.
+        UsageError: If an argument is of another kind, or `tail` is given.
     """
     if tail is not None:
         raise UsageError(
@@ -283,6 +283,13 @@ def metric(
         )
     if over not in OVERS:
         raise UsageError(f"@metric(over={over!r}): allowed are {' and '.join(map(repr, OVERS))}")
+    for name, bound in {"least": least, "most": most, "rank": rank}.items():
+        if not isinstance(bound, int | float) or math.isnan(bound):
+            raise UsageError(f"@metric({name}={bound!r}): expected a number")
+    if not isinstance(unit, str) or not unit:
+        raise UsageError(f'@metric(unit={unit!r}): expected a unit, such as "m", or "1" for none')
+    if least > most:
+        raise UsageError(f"@metric(least={least:g}, most={most:g}): expected at least as much as least")
 
     def mark(function: F) -> F:
         meaning = _uncapitalized(" ".join((function.__doc__ or "").split("\n\n")[0].split()).rstrip("."))

@@ -327,7 +327,7 @@ def _parameter_findings(study: Study) -> Iterator[Finding]:
     varied += [((*path, key), key) for path, box in _boxes(study) for key in box]
     for path, key in varied:
         if key in study.parameters and key not in used:
-            words = f"is a parameter that no value of set or cases names in braces, as {{{key}}}: it changes nothing"
+            words = f"changes nothing: no value of set or cases names this parameter, as {{{key}}}"
             yield Finding(path, words, at_key=True)
 
 
