@@ -23,6 +23,7 @@ from escort_mj.control.outer_loops.potential_field import repulsion
 from escort_mj.control.setup import Setup
 from escort_mj.laws import ApdSmc
 from escort_mj.metrics.causes import least_change
+from escort_mj.mission import fly
 from escort_mj.native.compiler.declarations import jitted
 from escort_mj.scenario.schema.scenario import Scenario
 from escort_mj.sensing.sensors import Sensors
@@ -386,3 +387,19 @@ def test_a_teammate_that_does_not_do_its_half_is_left_to_come_no_nearer(coming: 
     half = -0.5 * approach(-0.2, rules)
     assert first == pytest.approx(max(half, coming + 2.0 * half)), "away at least as fast as it comes"
     assert second == pytest.approx(2.0 * half), "the first one stands, and does not do its half"
+
+
+@pytest.mark.parametrize("outer", ["nsb", "set_based", "barrier_filter", "potential_field"])
+def test_in_every_outer_loop_robots_go_to_their_goals(compiled: None, outer: str) -> None:
+    """Goals are in the world's frame, as avoidance is, which a loop may do in its own way."""
+    goals = {"behavior": "goal", "goals": [[2.0, 0.5], [-2.0, -0.5]]}
+    mission = {"outer": outer, "behaviors": [{"behavior": "avoid_obstacles", "safe_distance": 0.3}, goals]}
+    robots = {"positions": [[0.0, 1.0], [0.0, -1.0]]}
+    run = fly(Scenario(duration=12.0, target=None, robots=robots, mission=mission))
+    assert run.measures["arrived"].value == 1.0 and run.message == "completed 12 s"
+    slots = {"behavior": "formation", "offsets": [[0.0, 1.0], [0.0, -1.0]]}
+    along = {"position": ["0.3*t", 0.0]}
+    following = Scenario(
+        duration=12.0, target=along, robots=robots, mission={"outer": outer, "behaviors": [slots]}
+    )
+    assert fly(following).measures["goal_distance_max"].value < 0.01

@@ -150,7 +150,8 @@ def _velocities_of_potential_field(
     """Return the sum of all wishes and repulsions, within the speed limit, and who is repelled."""
     escorting, avoiding = split(behaviors)
     active = np.zeros(len(now.q), dtype=bool)
-    velocity = now.c_dot * now.setup.target_feedforward
+    moving = now.setup.target_feedforward and any(one.frame != "world" for one in escorting)
+    velocity = now.c_dot * moving
     for behavior in escorting:
         velocity = velocity + wish(behavior, now)
     for avoid in avoiding:

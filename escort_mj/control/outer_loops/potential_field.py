@@ -49,10 +49,14 @@ class PotentialField(OuterLoop):
         first, levels = int(plan.phase_first[phase]), int(plan.phase_levels[phase])
         x, part, total = stack_rows(MAX_DIRECTIONS * p), stack_rows(p), stack_rows(p)
         target_velocity_rows(i, plan, state, total)
-        for k in range(p):
-            set_row(total, k, row_of(total, k) if plan.target_feedforward else everywhere(0.0))
+        moving = 0.0
         for level in range(first, first + levels):
-            if plan.level_in_world[level] == 0.0:
+            if plan.target_feedforward and plan.level_in_world[level] == 0.0:
+                moving = 1.0
+        for k in range(p):
+            set_row(total, k, moving * row_of(total, k))
+        for level in range(first, first + levels):
+            if plan.level_avoids[level] == 0.0:
                 wish(i, level, plan, state, x, part, 0)
                 for k in range(p):
                     set_row(total, k, row_of(total, k) + row_of(part, k))
