@@ -23,6 +23,7 @@ class LiveMission(SteppedMission):
     def run(self) -> Run:
         """Return the mission so far as a run: trace, metrics, verdicts, figures.
 
-        A mission that has not ended has the outcome `interrupted`. It can continue afterwards.
+        It simulates nothing: what an intervention does shows after the next `step`. A mission that has not
+        ended has the outcome `interrupted`. It can continue afterwards.
         """
         return Run(self.flight())

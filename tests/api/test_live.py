@@ -40,6 +40,20 @@ def test_state_is_what_is_recorded_at_that_time() -> None:
         mission["tauu"]
 
 
+def test_a_look_at_the_run_leaves_a_push_as_it_is() -> None:
+    watched, alone = (escort_mj.start("main", FREE).step(0.1) for _ in range(2))
+    for mission in (watched, alone):
+        mission.push(2, [60.0, 0.0], seconds=0.2)
+    assert float(watched.run().trace["time"][-1]) == watched.time == pytest.approx(0.1), "it does not go on"
+    for mission in (watched, alone):
+        mission.step(0.1)
+    assert watched["v"][1, 0] > escort_mj.start("main", FREE).step(0.2)["v"][1, 0] + 1.0
+    watched.run()
+    for mission in (watched, alone):
+        mission.step(0.3)
+    np.testing.assert_array_equal(watched.run().trace["q"].values, alone.run().trace["q"].values)
+
+
 def test_a_push_is_a_force_for_its_time() -> None:
     """Robot 2, left alone otherwise, gains the impulse divided by its mass."""
     pushed, free = (escort_mj.start("main", FREE) for _ in range(2))
