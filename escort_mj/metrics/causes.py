@@ -43,7 +43,8 @@ OUTRUN, BOXED_IN, OVERTAXED, UNEXPLAINED = "outrun", "boxed in", "overtaxed", "u
 CAUSES = {
     PUSHED: "an earlier touch, whose cause is known, still moves one of the robots: it ended no longer ago "
     "than |v| / a, with the velocity that it left the robot with, and a tenth of a second, or the robot has "
-    "been faster than max_speed ever since",
+    "been faster than max_speed ever since; likewise a push from outside beyond the force limit, unless what "
+    "it threw the robot at is another one with motors, which has to make room",
     STARTED: "the start is the alarm, and no flight is clear",
     DISTURBED: "|disturbance| exceeded the force limit of the robot on an axis since the alarm",
     MISLED: "errors of measured positions, |q_measured - q|, of both robots where two meet, reached the safe "
@@ -127,6 +128,7 @@ class _Scene:
         self.q, self.v = trace["q"].values, trace["v"].values
         self.robots, self.axes = self.q.shape[1:]
         self._fastest = float(trace.attrs.get("max_speed", math.inf))
+        self._pushes = np.reshape(trace.attrs.get("pushes", ()), (-1, 4)).tolist()
         names = [str(name) for name in trace["body"].values]
         outlines = trace["obstacle_outline"].values if "obstacle_outline" in trace else None
         self.place = {i: self.q[:, i] for i in range(self.robots)}
@@ -150,15 +152,33 @@ class _Scene:
         """
         row = max(int(np.searchsorted(self.time, start - 0.5 * float(self.trace.attrs["timestep"]))) - 1, 0)
         sides = [(i, b) for i, b in (couple, couple[::-1]) if i < self.robots]
-        for i, _ in sides:
-            ended = known.get(i, -math.inf)
-            left = min(int(np.searchsorted(self.time, ended)), row)
-            moved = float(np.linalg.norm(self.v[left, i])) / max(self._thrust(i, left, row), 1e-9)
-            faster = np.linalg.norm(self.v[left : row + 1, i], axis=1) > self._fastest
-            if start - ended <= moved + SETTLING or (math.isfinite(ended) and faster.all()):
+        if any(self._moves_on(i, known.get(i, -math.inf), row, start) for i, _ in sides):
+            return PUSHED
+        if any(self._is_thrown(i, row, start) for i, _ in sides):
+            lost = self.trace["lost"].values[row]
+            sides = [(i, b) for i, b in sides if not (lost[i] or self._is_thrown(i, row, start))]
+            if not sides:
                 return PUSHED
         found = [self._from_alarm(i, b, row) for i, b in sides]
         return min(found, key=[*CAUSES, UNEXPLAINED].index)
+
+    def _moves_on(self, i: int, ended: float, row: int, start: float) -> bool:
+        """Whether what ended at a time still moves a robot at the start of a touch."""
+        left = min(int(np.searchsorted(self.time, ended)), row)
+        moved = float(np.linalg.norm(self.v[left, i])) / max(self._thrust(i, left, row), 1e-9)
+        faster = np.linalg.norm(self.v[left : row + 1, i], axis=1) > self._fastest
+        return bool(start - ended <= moved + SETTLING or (math.isfinite(ended) and faster.all()))
+
+    def _is_thrown(self, i: int, row: int, start: float) -> bool:
+        """Whether a push from outside that the motors could not hold moves a robot, as an intervention is."""
+        limit = float(self.trace["force_limit"].values[i])
+        return any(
+            robot == i
+            and force > limit
+            and begun < start
+            and self._moves_on(i, min(until, start), row, start)
+            for robot, begun, until, force in self._pushes
+        )
 
     def _from_alarm(self, i: int, b: int, row: int) -> str:
         """Return the cause for a robot that met a body in a sample."""
@@ -347,7 +367,7 @@ class _Scene:
         if not len(full) or full.mean() <= MOSTLY:
             return can
         got = np.diff(self.v[rows, i], axis=0) / np.diff(self.time[rows])[:, np.newaxis]
-        along = (got * force).sum(axis=1) / np.linalg.norm(force, axis=1)
+        along = (got * force).sum(axis=1) / np.maximum(np.linalg.norm(force, axis=1), 1e-12)
         return min(can, max(float(along[full].mean()), 0.0))
 
     def _force(self, i: int, rows: slice) -> Array:

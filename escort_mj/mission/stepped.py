@@ -54,6 +54,7 @@ class Snapshot(NamedTuple):
     samples: tuple[Array, ...]
     episodes: tuple[Array, ...]
     pushes: tuple[Push, ...]
+    pushed: tuple[tuple[float, float, float, float], ...]
     notes: tuple[str, ...]
     outcome: Outcome
     message: str
@@ -78,6 +79,7 @@ class SteppedMission:
         self._samples: list[Array] = []
         self._episodes: list[Array] = []
         self._pushes: list[Push] = []
+        self._pushed: list[tuple[float, float, float, float]] = []
         self._watchers: list[Callable[[Any], object]] = []
         self._wall = 0.0
         self._identity = object()
@@ -168,6 +170,8 @@ class SteppedMission:
         steps = math.inf if seconds is None else self._steps_in(seconds)
         whole = np.append(values, np.zeros(IN_SPACE - p))
         self._pushes.append(Push(robot - 1, whole, self._plant.steps + steps))
+        until = self.time + steps * self.scenario.physics.timestep
+        self._pushed.append((robot - 1.0, self.time, until, float(np.abs(values).max())))
         lasting = "" if seconds is None else f" for {seconds:g} s"
         self._note(f"robot {robot} is pushed by {values.tolist()} N{lasting}")
 
@@ -181,6 +185,10 @@ class SteppedMission:
             UsageError: If there is no such robot.
         """
         robot = None if robot is None else self._numbered(robot)
+        self._pushed = [
+            (of, start, min(until, self.time) if robot in (None, of + 1) else until, force)
+            for of, start, until, force in self._pushed
+        ]
         self._pushes = [] if robot is None else [push for push in self._pushes if push.robot != robot - 1]
         self._note("all pushes end" if robot is None else f"pushes of robot {robot} end")
 
@@ -246,8 +254,8 @@ class SteppedMission:
         """Return this moment; `restore` comes back to it, as often as wanted."""
         return Snapshot(
             self.scenario, self._world, self._plant, self._plant.mark(), tuple(self._samples),
-            tuple(self._episodes), tuple(self._pushes), tuple(self.notes), self.outcome, self.message,
-            self._identity,
+            tuple(self._episodes), tuple(self._pushes), tuple(self._pushed), tuple(self.notes), self.outcome,
+            self.message, self._identity,
         )  # fmt: skip
 
     @checked
@@ -265,7 +273,8 @@ class SteppedMission:
         self.scenario, self._world, self._plant = snapshot.scenario, snapshot.world, snapshot.plant
         self._plant.back_to(snapshot.mark)
         self._samples, self._episodes = list(snapshot.samples), list(snapshot.episodes)
-        self._pushes, self.notes = list(snapshot.pushes), list(snapshot.notes)
+        self._pushes, self._pushed = list(snapshot.pushes), list(snapshot.pushed)
+        self.notes = list(snapshot.notes)
         self.outcome, self.message = snapshot.outcome, snapshot.message
         self._bound = bound_of(self.scenario, self._world)
 
@@ -278,6 +287,8 @@ class SteppedMission:
         flight = conclude(self.scenario, self._plant, *told)
         if self.notes and flight.recording is not None:
             flight.recording.attrs["interventions"] = "\n".join(self.notes)
+        if self._pushed and flight.recording is not None:
+            flight.recording.attrs["pushes"] = np.ravel(self._pushed).tolist()
         return flight
 
     def __repr__(self) -> str:

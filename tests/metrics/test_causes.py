@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+import escort_mj
 from escort_mj.metrics.causes import CAUSES, _Scene, causes_of, some_velocity
 from escort_mj.mission import fly
 from escort_mj.scenario import parse_scenario
@@ -49,6 +50,41 @@ obstacles: [{name: ball, radius: 0.5, motion: {position: ["4.3 - 2.3*t", -0.54]}
 sensing: {radius: {obstacles: 3}}
 """ + STAYING.replace("GOALS", "[[-2, -2.4]]").replace("max_speed: 1", "max_speed: 0.5")
 PAIR = "robots: {positions: [[0, 0], [0.9, 0]]}\n" + STAYING.replace("GOALS", "[[0, 0], [0.9, 0]]")
+
+
+THROWN = """
+duration: 2
+target: {position: [0, 0], radius: 0.3}
+robots: {positions: [[2, 0], [-2, 0.1]], force_limit: 10, radius: 0.2, FAILURES}
+mission:
+  outer: set_based
+  max_speed: 2
+  radius: 2
+  behaviors: [{behavior: avoid_obstacles, safe_distance: 0.4, teammate_distance: 0.4}, surface]
+"""
+
+
+@pytest.mark.parametrize(
+    ("change", "force", "met", "cause"),
+    [
+        ({}, [-60.0, 0.0], "target", True),
+        ({"target.position": [0, 9], "mission.radius": 9.2}, [-60.0, 1.6], "robot_2", False),
+        (
+            {"target.position": [0, 9], "mission.radius": 9.2, "robots.failures": [{"robot": 2, "at": 0.1}]},
+            [-60.0, 1.6],
+            "robot_2",
+            True,
+        ),
+    ],
+    ids=["at a target", "at a robot, which has to make room", "at a robot without motors"],
+)
+def test_a_push_beyond_the_motors_is_a_cause(change: Any, force: Any, met: str, cause: bool) -> None:
+    scenario = parse_scenario(THROWN.replace(", FAILURES", "")).replace(change)
+    mission = escort_mj.start(scenario).step(0.3)
+    mission.push(1, force, 0.3)
+    first = causes_of(mission.step(1.5).run().trace)[0]
+    assert first.bodies == ("robot_1", met)
+    assert (first.cause == "pushed") is cause
 
 
 def causes(text: str) -> list[str]:
