@@ -23,6 +23,8 @@ import traceback
 import warnings
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
+from threading import get_ident
+from time import monotonic
 from types import ModuleType
 from typing import Any, TextIO
 
@@ -79,6 +81,7 @@ class _Call:
         function: Which; None while a plugin is loaded.
         file: The plugin's file.
         outer: The call during which it was called; None if it was not.
+        is_under_way: Whether it has not returned; one of a step is kept for the next.
         began: When [s].
         trespass: What it did and may not do, where it caught the error.
         overdue: Since when its time is over; infinite if it is not [s].
@@ -87,7 +90,8 @@ class _Call:
     def __init__(self, function: Callable[..., Any] | None, file: str) -> None:
         self.function, self.file = function, file
         self.outer: _Call | None = None
-        self.began, self.trespass, self.overdue = time.monotonic(), "", math.inf
+        self.is_under_way = True
+        self.began, self.trespass, self.overdue = monotonic(), "", math.inf
 
 
 _calls: dict[int, _Call] = {}  # by thread
@@ -178,9 +182,9 @@ def watched() -> Iterator[list[str]]:
 
 def begin(function: Callable[..., Any] | None, file: str) -> _Call:
     """Note that this thread calls a plugin's function; `end` ends it."""
-    call = _Call(function, file)
-    call.outer = _calls.get(threading.get_ident())
-    _calls[threading.get_ident()] = call
+    call, before = _Call(function, file), _calls.get(get_ident())
+    call.outer = before if before is not None and before.is_under_way else None
+    _calls[get_ident()] = call
     if supervised.own_page is not None:
         supervised.own_page.tell(file if function is None else place_in(function))
     return call
@@ -188,7 +192,7 @@ def begin(function: Callable[..., Any] | None, file: str) -> _Call:
 
 def end(call: _Call) -> None:
     """Note that a call of this thread has ended."""
-    thread = threading.get_ident()
+    thread = get_ident()
     if call.outer is None:
         _calls.pop(thread, None)
     else:
@@ -197,14 +201,13 @@ def end(call: _Call) -> None:
         supervised.own_page.tell("")
 
 
-def step(function: Callable[..., Any], first: bool, *arguments: Any, **more: Any) -> Any:
+def step(function: Callable[..., Any], first: bool, *arguments: Any) -> Any:
     """Call a plugin's function that is called in every step; all that it may not do is looked for once.
 
     Args:
         function: Of the plugin.
         first: Whether it is the first call of a mission.
         arguments: Of the function.
-        more: The same, by name.
 
     Returns:
         What it returned.
@@ -212,28 +215,32 @@ def step(function: Callable[..., Any], first: bool, *arguments: Any, **more: Any
     Raises:
         Trespass: For what it did and may not do.
     """
-    file = function.__code__.co_filename
     if first:
-        with confined(file, function):
-            returned = function(*arguments, **more)
+        with confined(function.__code__.co_filename, function):
+            returned = function(*arguments)
         if supervised.own_page is not None:
             supervised.own_page.tell(place_in(function), timed=False)  # until another is called
         return returned
     if type(sys.stdout) is not _Output and sys.stdout is not None:
         sys.stdout = _Output(sys.stdout)
-    thread, call = threading.get_ident(), _Call(function, file)
-    outer = _calls.get(thread)
-    _calls[thread] = call
+    thread = get_ident()
+    call = _calls.get(thread)
+    outer = None
+    if call is None or call.function is not function or call.is_under_way:
+        outer = call if call is not None and call.is_under_way else None
+        call = _calls[thread] = _Call(function, function.__code__.co_filename)
+    call.began, call.is_under_way = monotonic(), True
     try:
-        returned = function(*arguments, **more)
+        returned = function(*arguments)
     except Trespass as error:
         error.args = (call.trespass,)
         raise
     finally:
-        if outer is None:
-            del _calls[thread]
-        else:
+        call.is_under_way = False  # and is kept for the next step: a new one would take longer than some laws
+        if outer is not None:
             _calls[thread] = outer
+        elif call.trespass:
+            del _calls[thread]
     if call.trespass:
         raise Trespass(call.trespass)
     return returned
@@ -244,13 +251,19 @@ def place_in(function: Callable[..., Any]) -> str:
     return f"{function.__code__.co_filename}:{function.__code__.co_firstlineno}: {function.__qualname__}"
 
 
+def _under_way() -> _Call | None:
+    """The call of a plugin's function in which this thread is."""
+    call = _calls.get(get_ident())
+    return call if call is not None and call.is_under_way else None
+
+
 def _refuse(words: str) -> None:
     """Raise an error if this thread is in a plugin's code.
 
     Raises:
         Trespass: Where it is.
     """
-    call = _calls.get(threading.get_ident())
+    call = _under_way()
     if call is not None:
         call.trespass = call.trespass or f"a plugin must not do this: it {words}"
         raise Trespass(call.trespass)
@@ -258,7 +271,7 @@ def _refuse(words: str) -> None:
 
 def _audit(event: str, arguments: tuple[Any, ...]) -> None:
     """Refuse what a plugin may not do, before Python does it."""
-    if event in _REFUSED and (call := _calls.get(threading.get_ident())) is not None:
+    if event in _REFUSED and (call := _under_way()) is not None:
         by_signal = sys._getframe(1).f_code.co_filename == stopping.__file__  # a user's second interrupt
         if not by_signal and (call.function is not None or _is_own(call.file)):
             _refuse(_REFUSED[event])
@@ -441,7 +454,7 @@ def _guard(module: Any, name: str, words: str) -> None:
     usual = getattr(module, name)
 
     def guarded(*arguments: Any, **more: Any) -> Any:
-        call = _calls.get(threading.get_ident())
+        call = _under_way()
         allowed = name == "write" and arguments[:1] != (1,)
         if call is not None and not allowed and (call.function is not None or _is_own(call.file)):
             if sys._getframe(1).f_code.co_filename != stopping.__file__:  # a user's second interrupt
@@ -498,7 +511,7 @@ def _watch() -> None:
         time.sleep(LOOK)
         limit, now = supervised.timeout() or math.inf, time.monotonic()
         for thread, call in _calls.copy().items():
-            if now - call.began < limit:
+            if not call.is_under_way or now - call.began < limit:
                 continue
             if math.isinf(call.overdue):
                 call.overdue = now

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Callable
-from inspect import isfunction
+from inspect import isfunction, signature
 from typing import Any
 
 from escort_mj import stopping
@@ -35,7 +35,10 @@ def _guarded(name: str, function: Callable[..., Any]) -> Callable[..., Any]:
     def called(kind: RobotKind, *arguments: Any, **more: Any) -> Any:
         nonlocal first
         try:
-            returned = step(function, first, kind, *arguments, **more)
+            given = (kind, *arguments)
+            if more:
+                given = signature(function).bind(*given, **more).args
+            returned = step(function, first, *given)
             first = False
             return _checked(name, returned, wanted)
         except BaseException as error:
