@@ -60,7 +60,7 @@ CAUSES = {
 FORESIGHT = 1.0  # s
 SETTLING = 0.1  # s
 MOSTLY = 0.5  # share of the time in which motors give all they can
-DEAR = 20_000  # touches times bodies
+DEAR = 100_000  # touches times bodies times samples
 BEYOND = 0.5  # s
 FINEST = 50  # parts of a step between samples in which fast bodies are looked for
 SPEEDS = (1.0, 0.5, 0.0)  # of the flights that are tried first, as shares of the largest
@@ -85,8 +85,10 @@ class Touch(NamedTuple):
 
 
 def _dear(trace: Recorded) -> bool:
-    """Whether there are too many touches among too many bodies to look at each unasked."""
-    return trace.sizes["episode"] * trace.sizes["body"] > DEAR
+    """Whether there are too many touches, bodies and samples around each to look at them unasked."""
+    time = trace["time"].values
+    samples = min(len(time), (FORESIGHT + BEYOND) / max(float(np.median(np.diff(time, append=np.inf))), 1e-9))
+    return trace.sizes["episode"] * trace.sizes["body"] * samples > DEAR
 
 
 @metric(unit="1", grows=True, watched=False, rank=185, dear=_dear)

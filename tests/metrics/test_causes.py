@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 
 import escort_mj
+from escort_mj.metrics import METRICS
 from escort_mj.metrics.causes import CAUSES, _Scene, causes_of, some_velocity
 from escort_mj.mission import fly
+from escort_mj.record.episodes import COLUMNS
 from escort_mj.scenario import parse_scenario
 from tests.control.test_conditions import slack
 
@@ -228,3 +230,12 @@ def test_a_rock_beside_the_way_boxes_nobody_in() -> None:
     )
     scene = _Scene(flight.recording)
     assert not scene._boxed_in(0, slice(0, 100), 2.0, 100.0)
+
+
+@pytest.mark.parametrize(("rate", "touches", "long"), [(50, 200, False), (500, 20, False), (500, 200, True)])
+def test_causes_are_left_out_of_a_summary_where_they_take_long(make_trace, rate, touches, long):
+    """By touches times bodies times samples around each: of 500 a second there are ten times those of 50."""
+    episodes = np.zeros((touches, len(COLUMNS)))
+    trace = make_trace(np.arange(0.0, 4.0, 1.0 / rate), robots=3, episodes=episodes)
+    metric = next(each for each in METRICS if each.name == "touches_unexplained")
+    assert metric.dear is not None and metric.dear(trace) == long
