@@ -1,11 +1,14 @@
 """What plugins return and raise when they are called: sense, or one error with their file and line."""
 
 import math
+import re
 import sys
 
 import numpy as np
 import pytest
 
+from escort_mj import load_scenario
+from escort_mj.errors import PluginError
 from escort_mj.expect.verdicts import judge
 from escort_mj.expectations.expectation import Judgment, Windowed
 from escort_mj.metrics.metric import Measure, metric, metric_of
@@ -144,3 +147,33 @@ class TestExpectations:
 
         found = judge([Own()], watched(), Outcome.COMPLETED)[1]
         assert found.broken and not found.passed
+
+
+class TestKinds:
+    TEXT = """\
+from typing import ClassVar, Literal
+from escort_mj.plugins import RobotKind
+class Own(RobotKind):
+    \"\"\"A kind.\"\"\"
+    mjcf: ClassVar[str] = '<mujoco/>'
+    kind: Literal["own"] = "own"
+    def coordinates(self, axes):
+        BODY
+"""
+
+    @pytest.mark.parametrize(
+        ("body", "words"),
+        [
+            ("raise RecursionError", "own.py:8: RecursionError"),
+            ("raise SystemExit(0)", "own.py:8: SystemExit: 0"),
+            ("print('x')", "own.py:8: a plugin must not do this: it prints to standard output"),
+            ("return 'x'", "coordinates returned 'x'; expected a whole number"),
+            ("return -1", "coordinates returned -1; expected a whole number"),
+            ("return self.coordinates(axes)", "own.py:8: RecursionError"),
+        ],
+    )
+    def test_wherever_it_is_called(self, tmp_path, body, words):
+        (tmp_path / "own.py").write_text(self.TEXT.replace("BODY", body))
+        scenario = {"plugins": [str(tmp_path / "own.py")], "robots": {"count": 2, "kind": "own"}}
+        with pytest.raises(PluginError, match=re.escape(words)):
+            load_scenario(scenario)

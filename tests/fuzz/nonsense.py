@@ -140,6 +140,14 @@ FAULTS: dict[str, Callable[[random.Random], Fault]] = {
     "waypoints that go back": lambda d: {
         "target": {"waypoints": [{"time": t, "position": [t, 0]} for t in (0, 1, d.choice((0.5, 1)))]}
     },
+    "a waypoint of one axis": lambda d: {
+        "target": {"waypoints": [{"time": 0, "position": [0]}, {"time": 1, "position": [1, 0]}]},
+        "opponents": [{"policy": "straight"}] * d.choice((0, 1)),
+    },
+    "a mission as wide as a country": lambda d: {
+        "robots": {"count": 3},
+        "mission.radius": d.choice((6e4, 1e5)),
+    },
     "no waypoints": lambda d: {"target": {"waypoints": []}},
     "a path twice": lambda d: {
         "target.waypoints": [{"time": 0, "position": [0, 0]}, {"time": 1, "position": [1, 0]}]

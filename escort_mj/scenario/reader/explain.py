@@ -35,7 +35,7 @@ def _is_echo(details: ErrorDetails) -> bool:
 
 def _finding(details: ErrorDetails, data: Any, root: type[BaseModel]) -> Finding:
     location = locate(details["loc"], root)
-    path = location.path
+    path = location.path[:-1] if location.path[-1:] == ("[key]",) else location.path
     kind, found, context = details["type"], details["input"], details.get("ctx", {})
     if kind == "extra_forbidden":
         return _unknown_key(location)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 from collections.abc import Callable
 from inspect import isfunction, signature
-from typing import Any
+from typing import Any, get_type_hints
 
 from escort_mj import stopping
 from escort_mj.errors import PluginError
@@ -28,7 +28,7 @@ def guard(kind: type[RobotKind]) -> None:
 
 
 def _guarded(name: str, function: Callable[..., Any]) -> Callable[..., Any]:
-    wanted = getattr(getattr(RobotKind, name), "__annotations__", {}).get("return")
+    wanted = get_type_hints(getattr(RobotKind, name)).get("return")
     first = True
 
     @functools.wraps(function)
@@ -51,15 +51,15 @@ def _guarded(name: str, function: Callable[..., Any]) -> Callable[..., Any]:
     return called
 
 
-def _checked(name: str, returned: Any, wanted: str | None) -> Any:
+def _checked(name: str, returned: Any, wanted: Any) -> Any:
     """What a method returned, if it is of the kind that its base returns.
 
     Raises:
         TypeError: If it is no number.
         ValueError: If it is no such number.
     """
-    if wanted == "int" and (type(returned) is not int or not 0 <= returned <= MOST):
+    if wanted is int and (type(returned) is not int or not 0 <= returned <= MOST):
         raise TypeError(f"{name} returned {returned!r:.80}; expected a whole number from 0 to {MOST}")
-    if wanted == "float":
+    if wanted is float:
         number(returned, name, finite=True)
     return returned

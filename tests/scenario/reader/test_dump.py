@@ -76,6 +76,11 @@ def test_the_short_form_has_only_what_differs():
     }
 
 
+def test_a_table_of_defaults_in_a_list_reads_back_the_same():
+    scenario = parse_scenario("opponents: [{policy: straight}, {name: other}]\nduration: 6\n")
+    assert parse_scenario(short_dump(scenario)) == scenario
+
+
 def test_the_short_form_of_what_ships_reads_back_the_same():
     for path in SHIPPED:
         scenario = loaded(path)

@@ -198,3 +198,18 @@ def test_windows_that_are_none(tmp_path: Path, given: str, words: str) -> None:
     with pytest.raises(ScenarioError) as error:
         Design(load_study(path), scenarios_folder())
     assert re.search(re.escape(words).replace(r"\.\*", ".*"), str(error.value)), str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("parameters: {1x: 2}", "parameters.1x: found"),
+        ("vary: {robots.mass: [1, 2, 1]}", r"vary.robots.mass\[2\]: found 1 again"),
+        ("vary: {seed: [1, 2]}", "cannot be varied"),
+        ("vary: {robots.count: {low: 1.2, high: 3, count: 2, whole: true}}", "whole numbers are whole"),
+        ("parameters: {a: 1}\nvary: {a: [1, 2]}", "vary.a: changes nothing"),
+    ],
+)
+def test_what_means_nothing(tmp_path: Path, text: str, expected: str) -> None:
+    with pytest.raises(ScenarioError, match=expected):
+        load_study(written(tmp_path, f"study: s\nscenario: main\n{text}\n"))
