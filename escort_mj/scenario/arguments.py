@@ -11,6 +11,7 @@ import inspect
 import math
 import operator
 import os
+import sys
 import types
 import typing
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -47,7 +48,7 @@ class Bound:
     def accepts(self, value: float) -> bool:
         """Whether a number is within the bound; NaN is not."""
         enough = value > self.least if self.above else value >= self.least
-        return enough and not (self.finite and math.isinf(value))
+        return enough and not (self.finite and abs(value) > sys.float_info.max)
 
     def __str__(self) -> str:
         if math.isinf(self.least):

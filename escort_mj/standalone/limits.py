@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from escort_mj.errors import UsageError
-from escort_mj.scenario.arguments import Bound, Positive, checked, number, numbers
+from escort_mj.scenario.arguments import Bound, Positive, argument_error, checked, number, numbers
 
 Array = NDArray[np.float64]
 Action = Literal["error", "stop", "drop"]
@@ -74,6 +74,10 @@ class Area:
         """
         count = max(np.shape(corners)[0] if np.ndim(corners) else 0, 3)
         points = numbers(corners, "corners", (count, 2), "at least three corners in the plane [m]")
+        around = points - points.mean(axis=0)
+        x, y = around.T
+        if abs(x @ np.roll(y, -1) - y @ np.roll(x, -1)) <= 1e-9 * np.square(around).sum():
+            raise argument_error("corners", corners, "corners in order around an area [m]")
         least = -np.inf if low is None else number(low, "low", "a height [m]")
         most = (
             np.inf

@@ -524,3 +524,12 @@ def test_a_triangle_is_where_three_sides_agree(corners: list, x: float, y: float
         return
     inside = (sides > 0.0).all() or (sides < 0.0).all()
     assert (Area.polygon(points).beyond(np.array([[x, y]]))[0] <= 0.0) == inside
+
+
+@pytest.mark.parametrize(
+    "corners", [[[0, 0], [1, 1], [2, 2]], [[0, 0], [1, 1], [0, 1], [1, 0]], [[3, 3]] * 4]
+)
+def test_a_polygon_has_an_area(corners: list[list[float]]) -> None:
+    with pytest.raises(EscortError, match="corners in order around an area"):
+        Area.polygon(corners)
+    Area.polygon([[100, 100], [101, 100], [100, 101]])
