@@ -141,8 +141,10 @@ def _stretch(d: int, state: State, addresses: Addresses) -> None:
         fastest = math.sqrt(square) + math.sqrt(turning) * limb[LIMB]
         state.point_speed_max[i] = max(state.point_speed_max[i], fastest)
         if addresses.part_span[i, REACH] < 0.0:
-            for k in range(state.q.shape[1]):
-                away += (center[k] - state.q[i, k]) ** 2
+            hull = int(addresses.robot_geom[i])
+            here = vector_at(pointer_at(d + DATA_PLACE()) + 3 * DOUBLE * hull, 3)
+            for k in range(3):  # upwards as well: parts may be above the plane of a planar mission
+                away += (center[k] - here[k]) ** 2
             state.stretch[i] = max(state.stretch[i], math.sqrt(away) + limb[LIMB])
 
 
