@@ -201,48 +201,48 @@ def end(call: _Call) -> None:
         supervised.own_page.tell("")
 
 
-def step(function: Callable[..., Any], first: bool, *arguments: Any) -> Any:
-    """Call a plugin's function that is called in every step; all that it may not do is looked for once.
+def step(function: Callable[..., Any], first: bool, call: Callable[[], Any]) -> Any:
+    """Do what a plugin does in every step; all that it may not do is looked for once.
 
     Args:
-        function: Of the plugin.
+        function: Of the plugin, which names it.
         first: Whether it is the first call of a mission.
-        arguments: Of the function.
+        call: Calls the function.
 
     Returns:
-        What it returned.
+        What the call returned.
 
     Raises:
         Trespass: For what it did and may not do.
     """
     if first:
         with confined(function.__code__.co_filename, function):
-            returned = function(*arguments)
+            returned = call()
         if supervised.own_page is not None:
             supervised.own_page.tell(place_in(function), timed=False)  # until another is called
         return returned
     if type(sys.stdout) is not _Output and sys.stdout is not None:
         sys.stdout = _Output(sys.stdout)
     thread = get_ident()
-    call = _calls.get(thread)
+    known = _calls.get(thread)
     outer = None
-    if call is None or call.function is not function or call.is_under_way:
-        outer = call if call is not None and call.is_under_way else None
-        call = _calls[thread] = _Call(function, function.__code__.co_filename)
-    call.began, call.is_under_way = monotonic(), True
+    if known is None or known.function is not function or known.is_under_way:
+        outer = known if known is not None and known.is_under_way else None
+        known = _calls[thread] = _Call(function, function.__code__.co_filename)
+    known.began, known.is_under_way = monotonic(), True
     try:
-        returned = function(*arguments)
+        returned = call()
     except Trespass as error:
-        error.args = (call.trespass,)
+        error.args = (known.trespass,)
         raise
     finally:
-        call.is_under_way = False  # and is kept for the next step: a new one would take longer than some laws
+        known.is_under_way = False  # and is kept for the next step: a new one would take longer than some laws
         if outer is not None:
             _calls[thread] = outer
-        elif call.trespass:
+        elif known.trespass:
             del _calls[thread]
-    if call.trespass:
-        raise Trespass(call.trespass)
+    if known.trespass:
+        raise Trespass(known.trespass)
     return returned
 
 

@@ -1,13 +1,14 @@
 """What plugins are made of (docs/plugins.md): base classes, and what their methods see and return."""
 
 from escort_mj.behaviors.behavior import Behavior
-from escort_mj.components.views import ACROSS, ALONG, NOTHING, BehaviorView, LawView
+from escort_mj.components.views import ACROSS, ALONG, NOTHING, BehaviorView
 from escort_mj.estimators import Estimator, EstimatorView
 from escort_mj.expectations.expectation import Judgment
 from escort_mj.expectations.expectation import Windowed as Expectation
 from escort_mj.knowledge.sight import BEARING, POSITION, RANGE, VELOCITY
-from escort_mj.laws.law import Law
+from escort_mj.laws.law import Law, Memory
 from escort_mj.metrics.metric import Measure, metric
+from escort_mj.native.values import Values
 from escort_mj.policies import ACTS, RESTS, Policy, PolicyView
 from escort_mj.robots import RobotKind
 
@@ -28,10 +29,11 @@ __all__ = [
     "Expectation",
     "Judgment",
     "Law",
-    "LawView",
+    "Memory",
     "Measure",
     "Policy",
     "PolicyView",
     "RobotKind",
+    "Values",
     "metric",
 ]

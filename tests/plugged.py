@@ -3,12 +3,11 @@
 LAW = '''
 """PD with an estimate."""
 
-from typing import Literal
+from typing import ClassVar, Literal
 
-from numba import njit
 from pydantic import NonNegativeFloat
 
-from escort_mj.plugins import Law, LawView
+from escort_mj.plugins import Law, Values
 
 
 class Pid(Law):
@@ -24,27 +23,20 @@ class Pid(Law):
     fails_at: float = 1e9
     """When it breaks [s]."""
 
-    def force(self, robots: LawView) -> None:
-        """The law in NumPy."""
-        if robots.time[0] >= self.fails_at:
+    def force(self, r: Values):
+        """PD with the estimate."""
+        if r.time >= self.fails_at:
             raise ZeroDivisionError("told to")
-        robots.tau[:] = robots.rho_hat + self.proportional_gain * robots.e
-        robots.tau[:] += self.derivative_gain * robots.e_dot
-        robots.rho_hat_rate[:] = self.integral_gain * robots.s
+        return r.rho_hat + self.proportional_gain * r.e + self.derivative_gain * r.e_dot
+
+    def rho_hat_rate(self, r: Values):
+        """The rate of the estimate."""
+        return self.integral_gain * r.s
 '''
 
-KERNEL = '''
-    @njit
-    def force_kernel(self, robots):
-        """The same, compiled."""
-        if robots.time[0] >= self.fails_at:
-            raise ZeroDivisionError("told to")
-        for i in range(robots.e.shape[0]):
-            for k in range(robots.e.shape[1]):
-                tau = robots.rho_hat[i, k] + self.proportional_gain * robots.e[i, k]
-                robots.tau[i, k] = tau + self.derivative_gain * robots.e_dot[i, k]
-                robots.rho_hat_rate[i, k] = self.integral_gain * robots.s[i, k]
-'''
+COMPILED = """
+    compiled: ClassVar[bool] = True
+"""
 
 SCENARIO = """
 name: own

@@ -39,10 +39,10 @@ class Bad(Expectation):
 class Bad(Law):
     \"\"\"A law.\"\"\"
     law: Literal["bad"] = "bad"
-    def force(self, robots):
-        robots.tau[:] = 30.0 * robots.e + 50.0 * robots.e_dot
-        if robots.time[0] > 0.2:
+    def force(self, r):
+        if r.time > 0.2:
             BODY
+        return 30.0 * r.e + 50.0 * r.e_dot
 """,
     "loading": """\
 BODY

@@ -9,14 +9,15 @@ from pathlib import Path
 import pytest
 
 from escort_mj.native import artifacts, cache
-from tests.plugged import KERNEL, LAW
+from tests.plugged import COMPILED, LAW
 
-PLAIN = LAW + KERNEL
-# Arrays need numba's memory, norms its linear algebra, printing an object of Python's.
+PLAIN = LAW + COMPILED
+PRINT = "            print('begins', r.time)\n"
+# Functions of NumPy become lanes; printing needs an object of Python's.
 VARIANTS = {
-    "arrays": "        gap = np.zeros(3) + robots.e[0, 0]\n        robots.tau[0, 0] += gap.sum()\n",
-    "algebra": "        robots.tau[0, 0] += np.linalg.norm(np.ascontiguousarray(robots.e[0]))\n",
-    "prints": "        if robots.time[0] < 0.001:\n            print('begins', robots.time[0])\n",
+    "functions": ("return r.rho_hat", "return np.clip(np.tanh(r.s), -0.5, 0.5) + r.rho_hat"),
+    "choices": ("return r.rho_hat", "return np.where(r.s > 0.0, np.sqrt(np.abs(r.s)), -r.s) + r.rho_hat"),
+    "prints": ("return r.rho_hat", f"if r.time < 0.001:\n{PRINT}        return r.rho_hat"),
 }
 PROGRAM = """
 import hashlib, sys
@@ -33,8 +34,9 @@ def folder(compiled: None, tmp_path: Path) -> Iterator[Path]:
     """Scenario and plugin files with laws that no other test has; what they leave in the cache goes."""
     before = set(kept())
     (tmp_path / "pid.py").write_text(f"{PLAIN}\n# {tmp_path}")
-    for name, lines in VARIANTS.items():
-        text = PLAIN.replace('"pid"', f'"{name}"').replace("class Pid", f"class {name.title()}") + lines
+    for name, change in VARIANTS.items():
+        text = PLAIN.replace(*change).replace('"pid"', f'"{name}"')
+        text = text.replace("class Pid", f"class {name.title()}")
         (tmp_path / f"{name}.py").write_text(f"import numpy as np\n{text}\n# {tmp_path}")
     files = ", ".join(f"{name}.py" for name in ("pid", *VARIANTS))
     (tmp_path / "own.yaml").write_text(f"duration: 0.1\nplugins: [{files}]\ncontroller: pid\n")
@@ -64,15 +66,13 @@ def test_a_kernel_is_found_by_the_next_process_and_not_when_damaged(folder: Path
     assert compiles
     (file,) = set(kept()) - before
     whole = file.read_bytes()
-    assert b"force_kernel" in whole and file.stat().st_mode & 0o777 == 0o600
+    assert b"run" in whole and file.stat().st_mode & 0o777 == 0o600
     assert flown(folder, "pid") == [("pid", first, False)], "the same bits, not compiled again"
     name = file.name.removeprefix("plugin.").removesuffix(".o")
     assert artifacts.kept_plugged(name) is not None
     file.write_bytes(whole[:-1] + bytes([whole[-1] ^ 1]))
     assert artifacts.kept_plugged(name) is None, "damaged: as if it were not there"
-    assert not [path for path in cache.kernels.folder.rglob("*force_kernel*")], (
-        "numba's own cache has pickles"
-    )
+    assert not [path for path in cache.kernels.folder.rglob("*law*force*")], "numba's own cache has pickles"
 
 
 @pytest.mark.slow
@@ -87,7 +87,7 @@ def test_a_damaged_kernel_is_mended(folder: Path) -> None:
 
 
 @pytest.mark.slow
-def test_kernels_with_arrays_and_algebra_are_kept_and_those_with_objects_are_not(folder: Path) -> None:
+def test_kernels_with_functions_are_kept_and_those_with_objects_are_not(folder: Path) -> None:
     before = set(kept())
     first = flown(folder, *VARIANTS)
     assert len(set(kept()) - before) == 2, "all but the one that prints"

@@ -12,7 +12,7 @@ from escort_mj.mission.batch import fly_many
 from escort_mj.record.folder import read_run
 from escort_mj.record.outcome import Outcome
 from escort_mj.study.sweeps.rerun import rerun_folder, rerun_lines
-from tests.plugged import KERNEL, LAW, SCENARIO
+from tests.plugged import COMPILED, LAW, SCENARIO
 
 SIGNALS = ("q", "tau", "rho_hat")
 
@@ -20,7 +20,7 @@ SIGNALS = ("q", "tau", "rho_hat")
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     made = tmp_path_factory.mktemp("plugins")
-    (made / "own_law.py").write_text(LAW + KERNEL)
+    (made / "own_law.py").write_text(LAW + COMPILED)
     (made / "plain.py").write_text(LAW.replace('"pid"', '"plain"'))
     (made / "own.yaml").write_text(SCENARIO)
     return made
@@ -71,11 +71,11 @@ def test_an_error_ends_the_run_with_its_place(compiled, folder, tmp_path, law):
 
 def test_a_force_that_is_no_number_is_put_down_to_the_law(compiled, folder):
     """Between two samples, and for a moment only."""
-    nan = "robots.tau[1, 0] = np.nan if abs(robots.time[0] - 0.134) < 5e-4 else 0.0"
+    nan = "nan = np.zeros(r.e.shape)\n        nan[1, 0] = np.nan if abs(r.time - 0.134) < 5e-4 else 0.0\n"
     text = LAW.replace('"pid"', '"nan"').replace(
-        "robots.rho_hat_rate[:] =", f"{nan}\n        robots.rho_hat_rate[:] ="
+        "        return r.rho_hat", f"        {nan}        return nan + r.rho_hat"
     )
-    (folder / "nan.py").write_text(text.replace("from numba import njit", "import numpy as np"))
+    (folder / "nan.py").write_text(f"import numpy as np\n{text}")
     run = api.run(api.load_scenario(folder / "own.yaml", ["controller=nan"], [str(folder / "nan.py")]))
     assert run.outcome is Outcome.FAILED
     assert run.message.startswith("a plugin raised an error at 0.13 s: ")

@@ -127,8 +127,26 @@ class Component(Parameters):
         named = dict(values)
         for name, value in values.items():
             if choices := choices_of(cls, name):
-                named[name] = choices[int(value)]
+                named[name] = Choice(int(value), choices)
         return cls.model_construct(**named)
+
+
+class Choice(int):
+    """What was chosen of several: equal to its place among them, as in kernels, and to its name."""
+
+    name: Any
+
+    def __new__(cls, place: int, choices: "Sequence[Any]") -> "Choice":
+        """Create the choice of a place."""
+        found = super().__new__(cls, place)
+        found.name = choices[place]
+        return found
+
+    def __eq__(self, other: object) -> bool:
+        return self.name == other if isinstance(other, type(self.name)) else int(self) == other
+
+    def __hash__(self) -> int:
+        return hash(self.name)
 
 
 def choices_of(model: type[Component], name: str) -> tuple[Any, ...]:

@@ -27,7 +27,7 @@ class LawView(NamedTuple):
     e: Annotated[Array, "n", "p"]  # q_d - q_measured [m]
     e_dot: Annotated[Array, "n", "p"]  # v_d - v_measured [m/s]
     s: Annotated[Array, "n", "p"]  # e_dot + slope e [m/s]
-    force_limit: Annotated[Array, "n"]  # of the motors [N]; 1e300 for none
+    force_limits: Annotated[Array, "n", "p"]  # of the motors [N]; 1e300 for none
     model_mass: Annotated[Array, "modeled", "p*p"]  # mass matrices, row by row [kg]; for laws that need them
     model_bias: Annotated[Array, "modeled", "p"]  # bias forces [N]; likewise
     v_d_rate: Annotated[Array, "differentiating", "p"]  # derivative of v_d; if the law asks [m/s^2]

@@ -12,8 +12,10 @@ from escort_mj.components.component import OUTSIDE, number_of, reader
 from escort_mj.components.dispatch import one_of
 from escort_mj.control.custom.calls import custom_law
 from escort_mj.laws import LAWS, ApdSmc, Law
+from escort_mj.laws.evaluation import evaluation_by, memory_by
+from escort_mj.laws.law import law_view
 from escort_mj.native.fields import Array, Fields, Value
-from escort_mj.native.kernels import DOUBLE, data_address, inlined, reachable
+from escort_mj.native.kernels import DOUBLE, data_address, inlined, reachable, view_addresses
 from escort_mj.native.lanes import WIDTH, Lanes, copy_lanes, load, store, where
 from escort_mj.native.on_demand import on_demand
 
@@ -86,6 +88,8 @@ def inner_loop(plan: Plan, state: State) -> None:
         store(state.s, at, e_dot + plan.slope * load(state.e, at))
     if state.v_d_rate.shape[0] > 0:
         _differentiate(plan, state)
+    if state.law_memory.shape[0] > 0:
+        _integrate_memory(plan, state)
     if plan.law == DEFAULT:
         _default_loop(0, plan, state)
     elif plan.law != OUTSIDE:
@@ -101,6 +105,18 @@ def _differentiate(plan: Plan, state: State) -> None:
             store(state.v_d_filtered, at, load(state.v_d, at))
         store(state.v_d_rate, at, (load(state.v_d, at) - load(state.v_d_filtered, at)) / lag)
     state.differentiated[0] = 1.0
+
+
+@on_demand
+def _integrate_memory(plan: Plan, state: State) -> None:
+    """Move on what laws integrate of their own by a step; rates are 0 until they are written again."""
+    count = state.law_memory.shape[0] * state.q.shape[0] * state.q.shape[1]
+    for at in range(0, count, WIDTH):
+        if state.time[0] > state.law_memory_time[0]:
+            rate = plan.timestep * load(state.law_memory_rate, at)
+            store(state.law_memory, at, load(state.law_memory, at) + rate)
+        store(state.law_memory_rate, at, 0.0)
+    state.law_memory_time[0] = state.time[0]
 
 
 @inlined
@@ -124,16 +140,24 @@ def _demand(anti_windup: bool, plan: Plan, state: State, at: int, tau: Lanes, ra
     store(state.q_d_rate, at, velocity)
 
 
+_inlined_once = cache(inlined)  # laws share what they inherit
+
+
 @cache
 def _loop_of(law: type[Law]) -> Callable[..., Any]:
     """Return the kernel that has a law demand the forces of all robots, with its numbers from a place on."""
-    force, read = inlined(law.__dict__["force_lanes"]), reader(law)
+    equations = {name: _inlined_once(equation) for name, equation in law.equations().items()}
+    evaluate, write_memory = (by(law, inlined, equations) for by in (evaluation_by, memory_by))
+    read = reader(law)
 
     def loop(place: int, plan: Plan, state: State) -> None:
+        plan_at, state_at = view_addresses(state)
+        view = law_view(plan_at, state_at, state.q.shape[1])
         parameters = read(data_address(plan.parameters) + DOUBLE * place, 0)
         for at in range(0, state.q.shape[0] * state.q.shape[1], WIDTH):
-            tau, rate = force(parameters, at, plan, state)
+            tau, rate = evaluate(parameters, view, at)
             _demand(parameters.anti_windup, plan, state, at, tau, rate)
+        write_memory(parameters, view)
 
     return inlined(loop)
 

@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, ClassVar, Literal
+from typing import Any, ClassVar, Literal
 
 from pydantic import NonNegativeFloat
 
 from escort_mj.laws.sliding import SlidingModeLaw, switching
-from escort_mj.native.lanes import Lanes, load
-
-if TYPE_CHECKING:
-    from escort_mj.memory.layout import Plan, State
+from escort_mj.native.values import Values
 
 
 class ApdSmc(SlidingModeLaw):
@@ -30,9 +27,11 @@ class ApdSmc(SlidingModeLaw):
     initial_estimate: float = 0.1
     """Initial estimate of the reference torque, on every axis [N] (paper: rho_hat_0)."""
 
-    def force_lanes(self, at: int, plan: Plan, state: State) -> tuple[Lanes, Lanes]:
-        """Return eq. 9, tau = rho_hat + k_p e + k_d e_dot + k sgn(s), and eq. 10, d rho_hat/dt = mu s."""
-        s = load(state.s, at)
-        tau = load(state.rho_hat, at) + self.proportional_gain * load(state.e, at)
-        tau = tau + self.derivative_gain * load(state.e_dot, at)
-        return tau + self.switching_gain * switching(self, s), self.adaptation_rate * s
+    def force(self, r: Values) -> Any:
+        """Return eq. 9, tau = rho_hat + k_p e + k_d e_dot + k sgn(s)."""
+        pd = r.rho_hat + self.proportional_gain * r.e + self.derivative_gain * r.e_dot
+        return pd + self.switching_gain * switching(self, r.s)
+
+    def rho_hat_rate(self, r: Values) -> Any:
+        """Return eq. 10, d rho_hat/dt = mu s."""
+        return self.adaptation_rate * r.s

@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, ClassVar, Literal
+from typing import Any, ClassVar, Literal
 
 from pydantic import NonNegativeFloat
 
 from escort_mj.laws.sliding import SlidingModeLaw, switching
-from escort_mj.native.lanes import Lanes, load
-
-if TYPE_CHECKING:
-    from escort_mj.memory.layout import Plan, State
+from escort_mj.native.values import Values
 
 
 class Asmc(SlidingModeLaw):
@@ -28,7 +25,10 @@ class Asmc(SlidingModeLaw):
     initial_estimate: float = 0.1
     """Initial estimate of the reference torque, on every axis [N] (paper: rho_hat_0)."""
 
-    def force_lanes(self, at: int, plan: Plan, state: State) -> tuple[Lanes, Lanes]:
-        """Return tau = rho_hat + k_a sgn(s), d rho_hat/dt = mu s: eq. 9 without its PD part."""
-        s = load(state.s, at)
-        return load(state.rho_hat, at) + self.switching_gain * switching(self, s), self.adaptation_rate * s
+    def force(self, r: Values) -> Any:
+        """Return tau = rho_hat + k_a sgn(s): eq. 9 without its PD part."""
+        return r.rho_hat + self.switching_gain * switching(self, r.s)
+
+    def rho_hat_rate(self, r: Values) -> Any:
+        """Return eq. 10, d rho_hat/dt = mu s."""
+        return self.adaptation_rate * r.s

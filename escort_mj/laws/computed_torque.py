@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, ClassVar, Literal
+from typing import Any, ClassVar, Literal
 
 from pydantic import NonNegativeFloat
 
 from escort_mj.laws.law import Law
-from escort_mj.native.lanes import Lanes, everywhere, lane_numbers, least, load, pick
-from escort_mj.numerics.elementary import whole
-
-if TYPE_CHECKING:
-    from escort_mj.memory.layout import Plan, State
+from escort_mj.native.values import Values
 
 
 class ComputedTorque(Law):
@@ -38,15 +34,10 @@ class ComputedTorque(Law):
     acceleration_filter: NonNegativeFloat = 0.1
     """Time constant of the filter for the differentiated reference velocity [s]; 0: no filter."""
 
-    def force_lanes(self, at: int, plan: Plan, state: State) -> tuple[Lanes, Lanes]:
-        """Return tau = M (a_d + k_v e_dot + k_p e) + bias."""
-        n, p = state.q.shape
-        row = least(lane_numbers() + float(at), float(n * p - 1))
-        first = float(p) * whole((row - 0.5 * float(p - 1)) / float(p))  # of the robot's own axes
-        tau = load(state.model_bias, at)
-        for k in range(p):
-            other = first + float(k)
-            wanted = pick(state.v_d_rate, other) + self.velocity_gain * pick(state.e_dot, other)
-            wanted = wanted + self.position_gain * pick(state.e, other)
-            tau = tau + pick(state.model_mass, row * float(p) + float(k)) * wanted
-        return tau, everywhere(0.0)
+    def force(self, r: Values) -> Any:
+        """Return the bias force."""
+        return r.bias
+
+    def acceleration(self, r: Values) -> Any:
+        """Return a_d + k_v e_dot + k_p e, which the mass matrix is multiplied by."""
+        return r.v_d_rate + self.velocity_gain * r.e_dot + self.position_gain * r.e

@@ -1,32 +1,52 @@
 """Base of laws: what force each robot is to have, so that it follows the reference of the outer loop."""
 
-from typing import ClassVar
+from collections.abc import Callable
+from typing import Any, ClassVar, NamedTuple
 
 from pydantic import PositiveFloat
 
 from escort_mj.components.component import Component
 from escort_mj.components.views import LAW_OUTPUTS, LawView
+from escort_mj.native.memory import layout_with
+from escort_mj.native.values import Names, Values
+
+RATE = "_rate"  # ends the name of the method that gives the rate of what is integrated
+
+
+class Memory(NamedTuple):
+    """A number of a law's own for every robot and axis: the integral of its rate, at first 0.
+
+    Attributes:
+        unit: SI unit.
+        meaning: In a few words.
+    """
+
+    unit: str
+    meaning: str
 
 
 class Law(Component):
     """What force each robot is to have, so that it follows its reference.
 
-    A subclass has a key `law` with its name and parameters. `force` or `force_kernel` or both are called with
-    itself (in the compiled form: with its parameters' numbers) and a `LawView`. Laws that ship have
-    `force_lanes` in place of `force_kernel`: eight axes at once, of all robots in a row.
+    A subclass has a key `law` with its name, parameters, and equations between values, each of one axis of
+    one robot: `force(self, r)` returns the force [N], `rho_hat_rate(self, r)` the rate of the estimate [N/s].
+    Kernels evaluate them for eight axes at once; in Python, values are arrays of shape (n, p).
+
+    What else a law integrates, it declares, as in `d_hat: ClassVar[Memory] = Memory("N", "disturbance")`,
+    with the rate as `d_hat_rate(self, r)`; the value is `r.d_hat`.
     """
 
     method: ClassVar[str] = "force"
     view: ClassVar[type] = LawView
     outputs: ClassVar[tuple[str, ...]] = LAW_OUTPUTS
-    memories: ClassVar[int] = 0
-    """How many numbers of its own are integrated for every robot and axis: `law_memory`."""
     needs_model: ClassVar[bool] = False
     """Whether it is given mass matrix and bias force."""
     has_lyapunov: ClassVar[bool] = False
     """Whether the proof's Lyapunov function V1 is this law's."""
     differentiates: ClassVar[bool] = False
     """Whether it is given the filtered derivative of v_d: it has a parameter `acceleration_filter`."""
+    compiled: ClassVar[bool] = False
+    """Whether a plugin's equations are compiled; else Python evaluates them in every step."""
     title: ClassVar[str] = ""
     """What tables and figures call it; by default its name."""
     own_keys: ClassVar[frozenset[str]] = frozenset()
@@ -39,10 +59,44 @@ class Law(Component):
     law drives it further into saturation."""
     law: str
 
+    def force(self, r: Values) -> Any:
+        """Return the force [N].
+
+        Args:
+            r: What is measured, wanted and integrated: `e`, `e_dot`, `s`, `rho_hat` and more, see `NAMES`.
+        """
+        raise NotImplementedError
+
+    def rho_hat_rate(self, r: Values) -> Any:
+        """Return the rate of the estimate [N/s]; by default 0."""
+        return 0.0
+
+    def acceleration(self, r: Values) -> Any:
+        """Return what the mass matrix is multiplied by and added to the force, if the law has it [m/s^2]."""
+        raise NotImplementedError
+
     @classmethod
     def title_of(cls) -> str:
         """Return what tables and figures call the law."""
         return cls.title or str(cls.model_fields["law"].default)
+
+    @classmethod
+    def memories(cls) -> dict[str, Memory]:
+        """Return what it integrates besides the estimate, by name."""
+        found = (vars(base) for base in reversed(cls.__mro__))
+        return {name: value for own in found for name, value in own.items() if isinstance(value, Memory)}
+
+    @classmethod
+    def names(cls) -> Names:
+        """Return by what names it reads values."""
+        return Names(NAMES, tuple((name, "law_memory", row) for row, name in enumerate(cls.memories())))
+
+    @classmethod
+    def equations(cls) -> dict[str, Callable[..., Any]]:
+        """Return its methods of values: the force, the rates, and the acceleration if it has one."""
+        names = ["force", "rho_hat" + RATE, *(name + RATE for name in cls.memories())]
+        names += ["acceleration"] * (cls.acceleration is not Law.acceleration)
+        return {name: getattr(cls, name) for name in names}
 
     @property
     def estimate_at_start(self) -> float:
@@ -53,3 +107,17 @@ class Law(Component):
     def filter_time(self) -> float:
         """Return the time constant of the filter of the differentiated v_d, where the law has one [s]."""
         return float(getattr(self, "acceleration_filter", 0.0))
+
+
+NAMES = (
+    *((name, name) for name in ("timestep", "time", "q_measured", "v_measured", "q_d", "v_d")),
+    *((name, name) for name in ("e", "e_dot", "s", "v_d_rate", "rho_hat")),
+    *(("force_limit", "force_limits"), ("bias", "model_bias")),
+)
+"""What a law can read, and the fields of `LawView` that have it."""
+
+
+def law_view(plan: int, state: int, axes: int) -> LawView:
+    """View what laws see at the addresses of a plan and a state; nothing is copied or owned."""
+    view: LawView = layout_with(LawView).read(LawView, plan, state)
+    return view

@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, ClassVar, Literal
+from typing import Any, ClassVar, Literal
 
 from pydantic import NonNegativeFloat
 
 from escort_mj.laws.law import Law
-from escort_mj.native.lanes import Lanes, everywhere, load
-
-if TYPE_CHECKING:
-    from escort_mj.memory.layout import Plan, State
+from escort_mj.native.values import Values
 
 
 class Pd(Law):
@@ -29,7 +26,6 @@ class Pd(Law):
     derivative_gain: NonNegativeFloat = 50.0
     """Gain k_d of the velocity error [N s/m]."""
 
-    def force_lanes(self, at: int, plan: Plan, state: State) -> tuple[Lanes, Lanes]:
+    def force(self, r: Values) -> Any:
         """Return tau = k_p e + k_d e_dot + bias."""
-        pd = self.proportional_gain * load(state.e, at) + self.derivative_gain * load(state.e_dot, at)
-        return pd + load(state.model_bias, at), everywhere(0.0)
+        return self.proportional_gain * r.e + self.derivative_gain * r.e_dot + r.bias

@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, ClassVar, Literal
+from typing import Any, ClassVar, Literal
 
 from pydantic import NonNegativeFloat
 
 from escort_mj.laws.sliding import SlidingModeLaw, switching
-from escort_mj.native.lanes import Lanes, everywhere, load
-
-if TYPE_CHECKING:
-    from escort_mj.memory.layout import Plan, State
+from escort_mj.native.values import Values
 
 
 class PdSmc(SlidingModeLaw):
@@ -26,7 +23,7 @@ class PdSmc(SlidingModeLaw):
     switching_gain: NonNegativeFloat = 1.0
     """Gain of the switching term [N] (paper: k)."""
 
-    def force_lanes(self, at: int, plan: Plan, state: State) -> tuple[Lanes, Lanes]:
+    def force(self, r: Values) -> Any:
         """Return tau = k_p e + k_d e_dot + k sgn(s): eq. 9 with the estimate held at 0."""
-        pd = self.proportional_gain * load(state.e, at) + self.derivative_gain * load(state.e_dot, at)
-        return pd + self.switching_gain * switching(self, load(state.s, at)), everywhere(0.0)
+        pd = self.proportional_gain * r.e + self.derivative_gain * r.e_dot
+        return pd + self.switching_gain * switching(self, r.s)

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, ClassVar, Literal
+from typing import Any, ClassVar, Literal
 
 from pydantic import NonNegativeFloat, PositiveFloat
 
 from escort_mj.laws.sliding import SlidingModeLaw, switching
-from escort_mj.native.lanes import Lanes, load, root
-
-if TYPE_CHECKING:
-    from escort_mj.memory.layout import Plan, State
+from escort_mj.native.lanes import root
+from escort_mj.native.values import Values
 
 
 class SuperTwisting(SlidingModeLaw):
@@ -35,8 +33,10 @@ class SuperTwisting(SlidingModeLaw):
     integral_gain: NonNegativeFloat = 4.0
     """Rate of the integral term [N/s] (k_2)."""
 
-    def force_lanes(self, at: int, plan: Plan, state: State) -> tuple[Lanes, Lanes]:
-        """Return tau = k_1 |s|^(1/2) sgn(s) + w and w' = k_2 sgn(s), with w in `rho_hat`."""
-        s = load(state.s, at)
-        sign = switching(self, s)
-        return load(state.rho_hat, at) + self.root_gain * root(abs(s)) * sign, self.integral_gain * sign
+    def force(self, r: Values) -> Any:
+        """Return tau = k_1 |s|^(1/2) sgn(s) + w, with w in `rho_hat`."""
+        return r.rho_hat + self.root_gain * root(abs(r.s)) * switching(self, r.s)
+
+    def rho_hat_rate(self, r: Values) -> Any:
+        """Return w' = k_2 sgn(s)."""
+        return self.integral_gain * switching(self, r.s)

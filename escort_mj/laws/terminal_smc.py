@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, ClassVar, Literal
+from typing import Any, ClassVar, Literal
 
 from pydantic import NonNegativeFloat, PositiveFloat
 
 from escort_mj.laws.sliding import SlidingModeLaw, switching
-from escort_mj.native.lanes import Lanes, copysign, everywhere, load, root
-
-if TYPE_CHECKING:
-    from escort_mj.memory.layout import Plan, State
+from escort_mj.native.lanes import copysign, root
+from escort_mj.native.values import Values
 
 
 class TerminalSmc(SlidingModeLaw):
@@ -43,11 +41,10 @@ class TerminalSmc(SlidingModeLaw):
     switching_gain: NonNegativeFloat = 6.0
     """Gain of the approximation of sgn(z) [N]."""
 
-    def force_lanes(self, at: int, plan: Plan, state: State) -> tuple[Lanes, Lanes]:
+    def force(self, r: Values) -> Any:
         """Return tau = m |e'|^(1/2) sgn(e') (1 + 2 a |e|) / (3/2 b) + k z + k_s sgn(z)."""
-        e, e_dot = load(state.e, at), load(state.e_dot, at)
-        size, speed = abs(e), root(abs(e_dot))
-        z = e + self.far_gain * size * e + self.near_gain * speed * e_dot
-        equivalent = copysign(speed, e_dot) * (1.0 + 2.0 * self.far_gain * size) / (1.5 * self.near_gain)
+        size, speed = abs(r.e), root(abs(r.e_dot))
+        z = r.e + self.far_gain * size * r.e + self.near_gain * speed * r.e_dot
+        equivalent = copysign(speed, r.e_dot) * (1.0 + 2.0 * self.far_gain * size) / (1.5 * self.near_gain)
         tau = self.nominal_mass * equivalent + self.reaching_gain * z
-        return tau + self.switching_gain * switching(self, z), everywhere(0.0)
+        return tau + self.switching_gain * switching(self, z)

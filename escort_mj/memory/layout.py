@@ -43,6 +43,7 @@ from escort_mj.knowledge.links import LinkParameters, LinkState
 from escort_mj.knowledge.messages import MessageState
 from escort_mj.knowledge.sight import SightParameters, SightState
 from escort_mj.knowledge.teammates import TeammateParameters, TeammateState
+from escort_mj.laws.law import law_view
 from escort_mj.monitor.clearances import ClearanceParameters, ClearanceState
 from escort_mj.monitor.contacts import ContactState
 from escort_mj.monitor.lyapunov import LyapunovParameters, LyapunovState
@@ -203,6 +204,7 @@ def unpack_state(plan_address: int, address: int, axes: int) -> State:
 
 viewer(LAYOUT, Plan, unpack_plan)
 viewer(LAYOUT, State, unpack_state)
+viewer(LAYOUT, LawView, law_view)
 viewer(LAYOUT, PolicyView, policy_view)
 viewer(LAYOUT, EstimatorView, estimator_view)
 

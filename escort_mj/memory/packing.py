@@ -83,7 +83,7 @@ def pack(
     sizes |= {
         "coordinates": coordinates,
         "behaviors": len(setup.kinds),
-        "memories": setup.law.memories,
+        "memories": len(setup.law.memories()),
         "mixed": n * bool(setup.laws),
         "turns": len(values["turns"]) // p,
         "known": n * truth,  # robots whose truth is recorded

@@ -98,7 +98,7 @@ def largest(x: Any) -> Any:
 
 def everywhere(x: float) -> Any:
     """The same float in all lanes."""
-    return np.full(WIDTH, float(x))
+    return np.full(WIDTH, x, dtype=float)
 
 
 def load(array: Array, at: int) -> Any:

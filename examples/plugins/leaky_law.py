@@ -1,16 +1,17 @@
 """APD-SMC with a leaky estimate."""
 
-from typing import Literal
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 from pydantic import NonNegativeFloat
 
-from escort_mj.plugins import Law, LawView
+from escort_mj.plugins import Law, Values
 
 
 class Leaky(Law):
     """PD terms, a smooth switching term, and a leaky estimate."""
 
+    compiled: ClassVar[bool] = True
     law: Literal["leaky"] = "leaky"
     proportional_gain: NonNegativeFloat = 30.0
     """Gain of the position error [N/m]."""
@@ -23,19 +24,11 @@ class Leaky(Law):
     leak: NonNegativeFloat = 0.5
     """Rate at which the estimate decays [1/s]."""
 
-    def force(self, robots: LawView) -> None:
-        """Write the force of every robot and the rate of its estimate."""
-        pd = self.proportional_gain * robots.e + self.derivative_gain * robots.e_dot
-        robots.tau[:] = robots.rho_hat + pd + self.switching_gain * np.tanh(robots.s)
-        robots.rho_hat_rate[:] = self.adaptation_rate * robots.s - self.leak * robots.rho_hat
+    def force(self, r: Values) -> Any:
+        """Return the force."""
+        pd = self.proportional_gain * r.e + self.derivative_gain * r.e_dot
+        return r.rho_hat + pd + self.switching_gain * np.tanh(r.s)
 
-    def force_kernel(self, robots):
-        """Compute the same as `force`, in compiled form."""
-        n, p = robots.e.shape
-        for i in range(n):
-            for k in range(p):
-                pd = self.proportional_gain * robots.e[i, k] + self.derivative_gain * robots.e_dot[i, k]
-                switching = self.switching_gain * np.tanh(robots.s[i, k])
-                robots.tau[i, k] = robots.rho_hat[i, k] + pd + switching
-                leaked = self.leak * robots.rho_hat[i, k]
-                robots.rho_hat_rate[i, k] = self.adaptation_rate * robots.s[i, k] - leaked
+    def rho_hat_rate(self, r: Values) -> Any:
+        """Return the rate of the estimate."""
+        return self.adaptation_rate * r.s - self.leak * r.rho_hat

@@ -27,10 +27,10 @@ def plant(controller: str, robots: int, numpy: bool = False) -> Plant:
     scenario = api.load_scenario(HERE / "storm.yaml", overrides)
     law = type(scenario.controller)
     if numpy:
-        law.prefer_kernel = False
+        law.compiled = False
     world = build(scenario)
     if numpy:
-        law.prefer_kernel = True
+        law.compiled = True
     return Plant(world)
 
 

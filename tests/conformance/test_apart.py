@@ -8,8 +8,8 @@ from tests.plugged import LAW
 
 
 def test_what_ends_the_process_is_reported_with_what_was_tried(compiled, tmp_path) -> None:
-    wild = "import ctypes\n        ctypes.memset(0, 0, 1) if robots.e.shape == (4, 3) else None"
-    (tmp_path / "own.py").write_text(LAW.replace("robots.tau[:] +=", f"{wild}\n        robots.tau[:] +="))
+    wild = "import ctypes\n        ctypes.memset(0, 0, 1) if r.e.shape == (4, 3) else None"
+    (tmp_path / "own.py").write_text(LAW.replace("return r.rho_hat", f"{wild}\n        return r.rho_hat"))
     *before, last = check_apart(str(tmp_path / "own.py"))
     assert [check.name for check in before] == ["loads", "parameters", "defaults", "wrong values"]
     assert all(check.held and check.member == "Pid" for check in before)

@@ -9,15 +9,23 @@ import escort_mj
 from escort_mj.errors import EscortError
 from escort_mj.memory.layout import LAYOUT, State
 from escort_mj.scenario import load_file
+from escort_mj.scenario.setup import controller_setup
 from escort_mj.world.callback import native_loop
 from escort_mj.world.model.build import build
 from escort_mj.world.plant import Plant
 from tests.test_scenarios import FOLDER, WELL
 
-EQUAL = (
-    1e-12  # of the largest number of a field: multiplications and additions are contracted in machine code
-)
-SCRATCH = {"scratch", "belief_work", "operands", "samples", "spare"}  # what is left of work between two uses
+# Of the largest number of a field. Multiplications and additions are contracted in machine code; forces that
+# move a body at a velocity within a step, and velocities by a stiff program, have 500 and 10,000 times its error.
+EQUAL = 1e-10
+SCRATCH = {
+    "clearance_body",
+    "scratch",
+    "belief_work",
+    "operands",
+    "samples",
+    "spare",
+}  # of two that are equally near one; work
 MOST_ROBOTS = 40
 QUICK = [
     *("main", "main_3d", "patrol", "one_of_six_fails", "supervised", "event_triggered", "truth"),
@@ -26,21 +34,29 @@ QUICK = [
 ]
 
 
-def state_after(path: Path, steps: int, interpret: bool) -> dict[str, np.ndarray]:
-    """The controller's whole state, and MuJoCo's, after some steps of a mission."""
-    plant = Plant(build(load_file(path)))
-    with native_loop(plant.world, interpret=interpret):
-        plant.step(steps)
-    found = {name: getattr(plant.state, name).copy() for name in LAYOUT.fields[State].keys() - SCRATCH}
+def state_of(plant: Plant) -> dict[str, np.ndarray]:
+    """The controller's whole state, and MuJoCo's."""
+    found = {name: getattr(plant.state, name).copy() for name in LAYOUT.fields[State].keys() - SCRATCH - TIES}
     return found | {"qpos": plant.data.qpos.copy(), "qvel": plant.data.qvel.copy()}
 
 
 def assert_agree(path: Path, steps: int) -> None:
-    compiled, interpreted = (state_after(path, steps, interpret) for interpret in (False, True))
-    assert compiled["evaluated"][0] == interpreted["evaluated"][0] == steps - 1
-    for name, values in compiled.items():
-        largest = np.abs(values[np.isfinite(values)]).max(initial=1.0)
-        np.testing.assert_allclose(interpreted[name], values, rtol=0.0, atol=EQUAL * largest, err_msg=name)
+    """Both step from the same state, so that rounding does not grow from step to step."""
+    plant = Plant(build(load_file(path)))
+    for number in range(steps):
+        before, found = plant.mark(), []
+        for interpret in (True, False):
+            plant.back_to(before)
+            with native_loop(plant.world, interpret=interpret):
+                plant.step(1)
+            found.append(state_of(plant))
+        interpreted, compiled = found
+        assert compiled["evaluated"][0] == interpreted["evaluated"][0] == number
+        for name, values in compiled.items():
+            largest = np.abs(values[np.isfinite(values)]).max(initial=1.0)
+            np.testing.assert_allclose(
+                interpreted[name], values, rtol=0.0, atol=EQUAL * largest, err_msg=name
+            )
 
 
 @pytest.mark.parametrize("name", QUICK)
@@ -51,7 +67,7 @@ def test_interpreted_and_compiled_agree_on_the_whole_state(name: str, compiled: 
 @pytest.mark.slow
 @pytest.mark.parametrize("path", WELL, ids=lambda path: str(path.relative_to(FOLDER)))
 def test_they_agree_in_every_shipped_mission(path: Path, compiled: None) -> None:
-    if load_file(path).robots.count > MOST_ROBOTS:
+    if controller_setup(load_file(path)).count > MOST_ROBOTS:
         pytest.skip("a crowd, in which Python takes minutes; its kernels are those of the smaller ones")
     assert_agree(path, steps=10)
 
@@ -60,7 +76,7 @@ def test_what_a_law_raises_comes_with_its_place(monkeypatch: pytest.MonkeyPatch)
     def stop(*arguments: object) -> None:
         raise EscortError("stopped here")
 
-    monkeypatch.setattr("escort_mj.laws.apd_smc.load", stop)
+    monkeypatch.setattr("escort_mj.laws.apd_smc.switching", stop)
     with pytest.raises(EscortError, match="stopped here") as raised:
         escort_mj.run("patrol", interpreted=True)
     assert any(entry.path.name == "apd_smc.py" for entry in raised.traceback)

@@ -109,7 +109,7 @@ class ReferenceController:
         by_behavior = np.zeros((self.setup.count, len(self.setup.kinds)))
         self._tasks = Tasks(self._updates, *[by_behavior] * 4)
         self._v_d_before, self._a_d = self._v_d, np.zeros_like(self.q_d)
-        self._law_memory = np.zeros((self.setup.law.memories, *self.q_d.shape))
+        self._law_memory = np.zeros((len(self.setup.law.memories()), *self.q_d.shape))
         self._law_memory_rate = np.zeros_like(self._law_memory)
 
     def evaluate(

@@ -242,12 +242,12 @@ def test_a_plugin_that_fails_is_an_error(tmp_path: Path) -> None:
     plugin = tmp_path / "bad.py"
     plugin.write_text(
         "from typing import Literal\n"
-        "from escort_mj.plugins import Law, LawView\n"
+        "from escort_mj.plugins import Law, Values\n"
         "class Bad(Law):\n"
         "    law: Literal['bad'] = 'bad'\n"
-        "    def force(self, robots: LawView) -> None:\n"
-        "        if robots.time[0] > 0.001: raise ValueError('it broke')\n"
-        "        robots.tau[:] = robots.s\n"
+        "    def force(self, r: Values):\n"
+        "        if r.time > 0.001: raise ValueError('it broke')\n"
+        "        return r.s\n"
     )
     controller = Controller("main", {"controller": "bad"}, plugins=[str(plugin)])
     q = controller.start

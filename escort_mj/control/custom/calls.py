@@ -58,14 +58,6 @@ def _function(block: int) -> int:
 def custom_law(plan: Plan, state: State) -> None:
     """Has a plugin's law write forces and rates; where it fails, no force is a number any more."""
     n, p = state.q.shape
-    memory, rate = state.law_memory, state.law_memory_rate
-    for c in range(memory.shape[0]):
-        for i in range(n):
-            for k in range(p):
-                if state.time[0] > state.law_memory_time[0]:
-                    memory[c, i, k] += plan.timestep * rate[c, i, k]
-                rate[c, i, k] = 0.0
-    state.law_memory_time[0] = state.time[0]
     for i in range(n):
         for k in range(p):
             state.tau[i, k] = 0.0

@@ -11,6 +11,7 @@ import ctypes
 import hashlib
 import threading
 from collections.abc import Callable
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -18,11 +19,15 @@ import numpy as np
 from escort_mj.components.component import Component, layout_of
 from escort_mj.components.views import LawView
 from escort_mj.errors import CompilerMissingError, PluginError
+from escort_mj.laws.evaluation import evaluate_arrays, evaluation_by, memory_by
+from escort_mj.laws.law import Law
 from escort_mj.native import artifacts, cache
 from escort_mj.native.fields import Array
 from escort_mj.native.kernels import DOUBLE, external, place, vector_at
+from escort_mj.native.lanes import WIDTH, store
 from escort_mj.native.memory import Layout, layout_with
 from escort_mj.native.on_demand import CLASSES
+from escort_mj.native.values import Arrays
 from escort_mj.plugin_calls import place_of, step
 
 MOST = 512  # functions of plugins that a process knows
@@ -65,7 +70,7 @@ class PluginFailure(NamedTuple):
 
 
 _slots: dict[int, Slot] = {}
-_seen: dict[int, dict[int, tuple[Any, Any]]] = {}  # by addresses of state and block: parameters, views
+_seen: dict[int, dict[int, Callable[..., Any]]] = {}  # by addresses of state and block: calls of methods
 _failures: dict[int, PluginFailure] = {}  # by address of the state
 
 
@@ -93,12 +98,16 @@ def ready(model: type[Component], axes: int) -> int:
     known = axes if axes in CLASSES else None
     forms = model.forms()
     compiled = forms.kernel is not None and model.prefer_kernel
+    if issubclass(model, Law):
+        compiled = model.compiled
     text = f"{model.digest} {model.__module__}.{model.__qualname__} {known} {compiled}"
     number = int.from_bytes(hashlib.sha256(text.encode()).digest()[:6])
     with _lock:
         if number not in _slots:
             layout = layout_of(model, number)
-            if compiled:
+            if compiled and issubclass(model, Law):
+                slot = _compiled_law(model, layout, text, known)
+            elif compiled:
                 slot = _compiled(model, forms.kernel, layout, text, known)
             else:
                 assert forms.python is not None, "what loads a plugin looks for a form"
@@ -122,22 +131,51 @@ def _compiled(model: type[Component], function: Any, layout: Layout, text: str, 
         raise CompilerMissingError(f"{_place(function)}: {function.__name__} is a kernel")
     from escort_mj.native.compiler.plugged import NotCompiledError, compile_function
 
-    views = (
-        (f"plugin {text}", layout, layout.plan, None),
-        (
-            model.view.__name__,
-            layout_with(model.view),
-            model.view,
-            known,
-        ),
-    )
     try:
-        keep, address, plugged = compile_function(function, views, model.answers)
+        keep, address, plugged = compile_function(function, _given(model, layout, text, known), model.answers)
     except NotCompiledError as error:
         raise PluginError(str(error)) from None
     if plugged is not None and model.digest:
         artifacts.keep_plugged(name, plugged)
     return Slot(model, layout, function, keep, address)
+
+
+def _compiled_law(model: type[Law], layout: Layout, text: str, known: int | None) -> Slot:
+    """Machine code that evaluates a law's equations for all robots, from the cache or compiled."""
+    name = hashlib.sha256(f"{text} equations".encode()).hexdigest()
+    kept = artifacts.kept_plugged(name) if model.digest else None
+    if kept is not None:
+        return Slot(model, layout, model.force, kept, artifacts.load_plugged(kept))
+    if cache.version("numba") == "none":
+        raise CompilerMissingError(f"{_place(model.force)}: {model.__name__} is a law")
+    from escort_mj.native.compiler.plugged import NotCompiledError, compile_function, in_kernels
+
+    equations = {each: in_kernels(function) for each, function in model.equations().items()}
+    evaluate, write_memory = (by(model, in_kernels, equations) for by in (evaluation_by, memory_by))
+
+    def run(parameters: Any, view: Any) -> None:
+        for at in range(0, view.e.shape[0] * view.e.shape[1], WIDTH):
+            tau, rate = evaluate(parameters, view, at)
+            store(view.tau, at, tau)
+            store(view.rho_hat_rate, at, rate)
+        write_memory(parameters, view)
+
+    try:
+        keep, address, plugged = compile_function(run, _given(model, layout, text, known), None, model.force)
+    except NotCompiledError as error:
+        raise PluginError(str(error)) from None
+    if plugged is not None and model.digest:
+        artifacts.keep_plugged(name, plugged)
+    return Slot(model, layout, model.force, keep, address)
+
+
+def _given(model: type[Component], layout: Layout, text: str, known: int | None) -> tuple[Any, ...]:
+    """The views that a compiled function is handed."""
+    view = model.view
+    return (
+        (f"plugin {text}", layout, layout.plan, None),
+        (view.__name__, layout_with(view), view, known),
+    )
 
 
 def _called_back(model: type[Component], function: Callable[..., Any], layout: Layout) -> Slot:
@@ -148,8 +186,8 @@ def _called_back(model: type[Component], function: Callable[..., Any], layout: L
             return RAISED
         try:
             first = own not in _seen.get(state, ())
-            parameters, view = _views(model, layout, own, plan, state)
-            returned = step(function, first, parameters, view, *robot)
+            call = partial(_call_of(model, layout, own, plan, state), *robot)
+            returned = step(function, first, call)
             if robot:
                 if returned not in ((-1, 0, 1) if model.answers else (None,)):
                     expected = model.answers or "nothing"
@@ -165,8 +203,8 @@ def _called_back(model: type[Component], function: Callable[..., Any], layout: L
     return Slot(model, layout, function, callback, ctypes.cast(callback, ctypes.c_void_p).value or 0)
 
 
-def _views(model: type[Component], layout: Layout, own: int, plan: int, state: int) -> tuple[Any, Any]:
-    """Parameters and views of a mission, made once; what is not to be written cannot be."""
+def _call_of(model: type[Component], layout: Layout, own: int, plan: int, state: int) -> Callable[..., Any]:
+    """What calls a component's method in a mission, made once; what is not to be written cannot be."""
     seen = _seen.setdefault(state, {})
     if own in seen:
         return seen[own]
@@ -178,8 +216,12 @@ def _views(model: type[Component], layout: Layout, own: int, plan: int, state: i
             value = np.asarray(value.data.toreadonly())  # of which nobody can take the seal off
         made.append(value)
     view = type(view)(*made)
-    seen[own] = parameters, view
-    return parameters, view
+    if isinstance(parameters, Law):
+        found = partial(evaluate_arrays, parameters, Arrays(view, parameters.names()), view)
+    else:
+        found = partial(getattr(model, model.method), parameters, view)
+    seen[own] = found
+    return found
 
 
 def _time(plan: int, state: int) -> float:
@@ -221,7 +263,11 @@ def interpret(number: int, own: int, plan: int, state: int, robot: int | None = 
 def _interpret(slot: Slot, own: int, plan: int, state: int, robot: int | None) -> None:
     numbers = slot.layout.read(slot.layout.plan, own, own)
     view = layout_with(slot.model.view).read(slot.model.view, plan, state)
-    slot.function(numbers, view, *([] if slot.model.answers is None else [robot]))
+    if issubclass(slot.model, Law):
+        law = slot.model.unpacked(numbers._asdict())
+        evaluate_arrays(law, Arrays(view, law.names()), view)
+    else:
+        slot.function(numbers, view, *([] if slot.model.answers is None else [robot]))
 
 
 def forget(state: int) -> None:

@@ -9,7 +9,8 @@ from typing import Any, TypeVar
 from llvmlite import ir
 
 from escort_mj.native import artifacts, cache, kernels, memory, on_demand
-from escort_mj.native.compiler import lanes, machine, uint64_lanes, views  # noqa: F401
+from escort_mj.native import values as named
+from escort_mj.native.compiler import lanes, machine, uint64_lanes, values, views  # noqa: F401
 from escort_mj.native.compiler.numba_parts import (
     AbstractTemplate,
     ConcreteTemplate,
@@ -54,8 +55,12 @@ def teach() -> None:
     """Tells numba of everything declared so far."""
     for viewer in _news(memory.viewers):
         views.teach_viewer(*viewer)
+    for function, names in _news(named.readers):
+        values.teach_axes(function, names)
     for how, function in _news(kernels.declared):
         _teach_kernel(how, function)
+    for function, count, written in _news(named.numpy_forms):
+        lanes.teach_function(function, count, written)
     for function in _news(on_demand.declared):
         _teach_on_demand(function)
     for function, what in _news(kernels.externals):

@@ -17,6 +17,7 @@ from escort_mj.native.compiler.numba_parts import (
     lower_builtin,
     make_array,
     models,
+    overload,
     populate_array,
     register_model,
     signature,
@@ -90,6 +91,22 @@ def teach_operator(
             return generate(builder, *(spread(builder, value, kind) for value in arguments))
 
 
+def teach_function(function: Any, count: int, written: Callable[..., Any]) -> None:
+    """Teaches kernels what a function is of lanes.
+
+    Args:
+        function: Of Python or NumPy; of other arguments it stays what it is.
+        count: How many arguments it takes.
+        written: The same in kernels.
+    """
+
+    def chosen(arguments: tuple[types.Type, ...]) -> Any:
+        return written if lanes in arguments or mask in arguments else None
+
+    forms = (lambda x: chosen((x,)), lambda x, y: chosen((x, y)), lambda x, y, z: chosen((x, y, z)))
+    overload(function, strict=False)(forms[count - 1])
+
+
 def _wide(builder: Any, value: Any) -> Any:
     return spread(builder, value, _DOUBLES)
 
@@ -104,27 +121,27 @@ _binary(operator.mul, lanes, lambda b, x, y: b.fmul(x, y, flags=_CONTRACT))
 _binary(operator.truediv, lanes, lambda b, x, y: b.fdiv(x, y))
 _binary(operator.lt, mask, lambda b, x, y: b.fcmp_ordered("<", x, y))
 _binary(operator.gt, mask, lambda b, x, y: b.fcmp_ordered(">", x, y))
+_binary(operator.le, mask, lambda b, x, y: b.fcmp_ordered("<=", x, y))
+_binary(operator.ge, mask, lambda b, x, y: b.fcmp_ordered(">=", x, y))
 _binary(operator.ne, mask, lambda b, x, y: b.fcmp_unordered("!=", x, y))
 
 
-@infer_global(operator.and_)
-class _And(ConcreteTemplate):
-    cases = [signature(mask, mask, mask)]
+def _same_kind(function: Any, kind: types.Type, count: int, generate: Callable[..., Any]) -> None:
+    """Teaches kernels an operator whose arguments and result are of one kind."""
+
+    @infer_global(function)
+    class Template(ConcreteTemplate):
+        cases = [signature(kind, *[kind] * count)]
+
+    @lower_builtin(function, *[kind] * count)
+    def lower(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
+        return generate(builder, *arguments)
 
 
-@lower_builtin(operator.and_, mask, mask)
-def _and(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
-    return builder.and_(*arguments)
-
-
-@infer_global(operator.neg)
-class _Negative(ConcreteTemplate):
-    cases = [signature(lanes, lanes)]
-
-
-@lower_builtin(operator.neg, lanes)
-def _negative(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
-    return builder.fneg(arguments[0])
+_same_kind(operator.and_, mask, 2, lambda b, x, y: b.and_(x, y))
+_same_kind(operator.or_, mask, 2, lambda b, x, y: b.or_(x, y))
+_same_kind(operator.invert, mask, 1, lambda b, x: b.not_(x))
+_same_kind(operator.neg, lanes, 1, lambda b, x: b.fneg(x))
 
 
 def _called(name: str) -> Callable[[Any, Any, Any, Any], Any]:
@@ -234,10 +251,14 @@ def _address(context: Any, builder: Any, kind: types.Array, array: Any, at: Any)
 def _load(context: Any, array: Any, at: Any) -> Any:
     def generate(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
         at = context.cast(builder, arguments[1], sig.args[1], types.intp)
-        pointer = _address(context, builder, sig.args[0], arguments[0], at)
-        return builder.load(builder.bitcast(pointer, _DOUBLES.as_pointer()), align=DOUBLE)
+        return load_at(builder, context.make_array(sig.args[0])(context, builder, arguments[0]).data, at)
 
     return lanes(array, at), generate
+
+
+def load_at(builder: Any, data: Any, at: Any) -> Any:
+    """Lanes in a row from a place on."""
+    return builder.load(builder.bitcast(builder.gep(data, [at]), _DOUBLES.as_pointer()), align=DOUBLE)
 
 
 @instructions_of(names.gather)
@@ -260,15 +281,20 @@ def _gather(context: Any, array: Any, at: Any, stride: Any) -> Any:
 @instructions_of(names.pick)
 def _pick(context: Any, array: Any, places: Any) -> Any:
     def generate(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
-        found = ir.Constant(_DOUBLES, ir.Undefined)
-        whole = builder.fptosi(arguments[1], ir.VectorType(ir.IntType(64), WIDTH))
-        for lane in range(WIDTH):
-            at = builder.extract_element(whole, _INT(lane))
-            number = builder.load(_address(context, builder, sig.args[0], arguments[0], at))
-            found = builder.insert_element(found, number, _INT(lane))
-        return found
+        data = context.make_array(sig.args[0])(context, builder, arguments[0]).data
+        return pick_at(builder, data, arguments[1])
 
     return lanes(array, places), generate
+
+
+def pick_at(builder: Any, data: Any, places: Any) -> Any:
+    """Lanes from anywhere: places are whole floats."""
+    found = ir.Constant(_DOUBLES, ir.Undefined)
+    whole = builder.fptosi(places, ir.VectorType(ir.IntType(64), WIDTH))
+    for lane in range(WIDTH):
+        number = builder.load(builder.gep(data, [builder.extract_element(whole, _INT(lane))]))
+        found = builder.insert_element(found, number, _INT(lane))
+    return found
 
 
 @instructions_of(names.lane_numbers)

@@ -31,6 +31,7 @@ from numba.extending import (
     lower_builtin,
     lower_getattr_generic,
     models,
+    overload,
     register_model,
     type_callable,
 )
@@ -67,6 +68,7 @@ __all__ = [
     "not_run",
     "object_file",
     "optimized",
+    "overload",
     "own_object_file",
     "populate_array",
     "prepare_arrays",

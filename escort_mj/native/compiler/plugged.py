@@ -26,8 +26,17 @@ class NotCompiledError(Exception):
     """What a plugin brings cannot be compiled; says where and why in one line."""
 
 
+_HOW = {"nogil": True, "error_model": "numpy", "fastmath": {"contract"}, **declarations.ALONE}
+
+
+def in_kernels(function: Any) -> Any:
+    """Return what calls a function in others that are compiled here."""
+    declarations.teach()
+    return function if hasattr(function, "py_func") else njit(forceinline=True, **_HOW)(function)
+
+
 def compile_function(
-    function: Any, given: tuple[View, ...], answers: str | None
+    function: Any, given: tuple[View, ...], answers: str | None, of: Any = None
 ) -> tuple[Any, int, Plugged | None]:
     """Compile a function.
 
@@ -37,6 +46,7 @@ def compile_function(
         function: Its arguments are views, and then perhaps a robot's number.
         given: The views.
         answers: What it returns, in words, empty for nothing; None where there is no robot's number.
+        of: The plugin's function that it calls, for messages; None where it is the plugin's own.
 
     Returns:
         What must live as long as it is called; its address; and its machine code, for other processes, unless
@@ -46,15 +56,14 @@ def compile_function(
         NotCompiledError: If numba cannot.
     """
     declarations.teach()
-    options = {"nogil": True, "error_model": "numpy", "fastmath": {"contract"}, **declarations.ALONE}
-    dispatcher = njit(**options)(function)
+    dispatcher = njit(**_HOW)(function)
     kinds = (*(views.name_view(*view) for view in given), *([types.intp] if answers is not None else []))
     collecting = gc.isenabled()
     gc.disable()
     try:
         dispatcher.compile(kinds)
     except Exception as error:  # numba has several roots of errors, and stumbles over some code
-        raise NotCompiledError(_why(error, function)) from None
+        raise NotCompiledError(_why(error, function if of is None else of)) from None
     finally:
         if collecting:
             gc.enable()

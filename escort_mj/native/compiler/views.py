@@ -115,16 +115,19 @@ class _Attributes(AttributeTemplate):
     key = ViewType
 
     def generic_resolve(self, view: ViewType, name: str) -> types.Type | None:
-        field = view.fields.get(name)
-        if field is None:
-            return None
-        if field.kind is np.ndarray:
-            return types.Array(types.float64, len(field.shape), "C")
-        return _KINDS[field.kind]
+        return type_of_field(view, name) if name in view.fields else None
+
+
+def type_of_field(view: ViewType, name: str) -> types.Type:
+    """Type of a field in kernels."""
+    field = view.fields[name]
+    if field.kind is np.ndarray:
+        return types.Array(types.float64, len(field.shape), "C")
+    return _KINDS[field.kind]
 
 
 @lower_getattr_generic(ViewType)
-def _get(context: Any, builder: Any, view: ViewType, value: Any, name: str) -> Any:
+def read_field(context: Any, builder: Any, view: ViewType, value: Any, name: str) -> Any:
     """Machine code that reads a field."""
     model = context.make_helper(builder, view, value=value)
     field, word = view.fields[name], context.get_value_type(types.intp)

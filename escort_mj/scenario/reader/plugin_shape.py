@@ -16,7 +16,7 @@ from escort_mj.errors import PluginError
 from escort_mj.estimators import Estimator
 from escort_mj.expectations.expectation import Expectation
 from escort_mj.knowledge.sight import MEASURES
-from escort_mj.laws.law import Law
+from escort_mj.laws.law import RATE, Law
 from escort_mj.metrics.metric import Metric
 from escort_mj.policies import Policy
 from escort_mj.robots import RobotKind
@@ -24,7 +24,7 @@ from escort_mj.scenario.findings import did_you_mean, listed
 
 NAME = re.compile(r"[a-z][a-z0-9_]{0,39}\Z")
 COMPONENTS: dict[type[Component], tuple[str, list[str]]] = {
-    Law: ("law", ["self", "robots"]),
+    Law: ("law", ["self", "r"]),
     Behavior: ("behavior", ["self", "robots", "i"]),
     Policy: ("policy", ["self", "view", "body"]),
     Estimator: ("estimator", ["self", "view", "robot"]),
@@ -48,7 +48,7 @@ def check_shape(model: type[Any], source: str) -> None:
         raise PluginError(f"{place}: {hidden[0]} is a key that it inherits; choose another name")
     if issubclass(model, Component):
         check_name(model, _called(model)[0], place)
-        _check_forms(model, place)
+        _check_law(model, place) if issubclass(model, Law) else _check_forms(model, place)
         try:
             model.numbers()
         except TypeError as error:
@@ -130,6 +130,22 @@ def check_defaults(model: type[Any], place: str) -> None:
     for name, field in model.model_fields.items():
         if field.default is PydanticUndefined and field.default_factory is None:
             raise PluginError(f"{place}: the parameter {name} has no default")
+
+
+def _check_law(model: type[Law], place: str) -> None:
+    """Its equations are there, and take what they are called with."""
+    own = [name for name, value in vars(model).items() if callable(value) and not name.startswith("_")]
+    for old, now in (("force_kernel", "force(self, r)"), ("force_lanes", "force(self, r)")):
+        if hasattr(model, old):
+            raise PluginError(f"{place}: found {old}; expected {now}, which returns the force, see Law")
+    if "memories" in vars(model):
+        words = 'd_hat: ClassVar[Memory] = Memory("N", "disturbance"), and d_hat_rate(self, r)'
+        raise PluginError(f"{place}: found memories; expected one line for each, such as {words}")
+    for name in ("force", *(memory + RATE for memory in model.memories())):
+        if getattr(model, name, Law.force) is Law.force:
+            raise PluginError(f"{place}: has no {name}(self, r){did_you_mean(name, own)}")
+    for function in model.equations().values():
+        _check_signature(function, ["self", "r"], place)
 
 
 def _check_forms(model: type[Component], place: str) -> None:

@@ -11,7 +11,7 @@ from escort_mj.scenario import Scenario, dump_scenario, json_schema, load_file, 
 from escort_mj.scenario.reader.catalog import catalog_of, scenario_type_with
 from escort_mj.scenario.reader.handbook import handbook
 from escort_mj.scenario.reader.plugins import GROUP
-from tests.plugged import KERNEL, LAW, SCENARIO
+from tests.plugged import COMPILED, LAW, SCENARIO
 
 
 @pytest.fixture
@@ -120,17 +120,17 @@ class TestWrongPlugins:
     @pytest.mark.parametrize(
         ("change", "said"),
         [
-            (("def force(", "def forse("), 'has neither force(self, robots) nor force_kernel'),
+            (("def force(", "def forse("), 'has no force(self, r)'),
             (("def force(", "def forse("), 'did you mean "forse"?'),
-            (("self, robots: LawView", "self"), "takes (self); it is called with (self, robots)"),
+            (("force(self, r: Values", "force(self"), "takes (self); it is called with (self, r)"),
             (('Literal["pid"] = "pid"', 'str = "pid"'), "does not say its name; give it the line"),
             (('["pid"] = "pid"', '["Pid!"] = "Pid!"'), "found the name 'Pid!'"),
             (('["pid"] = "pid"', '["asmc"] = "asmc"'), "the law asmc is there already, in escort_mj itself"),
-            (("class Pid(Law)", "class Pid(LawView)"), "brings nothing: no class derives from"),
+            (("class Pid(Law)", "class Pid(Values)"), "brings nothing: no class derives from"),
             (("float = 1e9", "list[float] = []"), "fails_at: found list[float]; a parameter of a law"),
             (("fails_at: float = 1e9", "fails_at: float"), "the parameter fails_at has no default"),
-            (("from numba", "from nunba"), "own_law.py:6: ModuleNotFoundError: No module named 'nunba'"),
-            (("class Pid(Law):", "class Pid(Law:"), "own_law.py:12:"),
+            (("from pydantic", "from pidan"), "own_law.py:6: ModuleNotFoundError: No module named 'pidan'"),
+            (("class Pid(Law):", "class Pid(Law:"), "own_law.py:11:"),
             (("class Pid(Law):", "class Pid(Law:"), "this is not Python"),
             (('"""PD with an estimate."""', "raise SystemExit(3)"), "own_law.py:2: SystemExit: 3"),
             (('"""PD with an estimate."""', "1 / 0"), "own_law.py:2: ZeroDivisionError: division by zero"),
@@ -181,26 +181,28 @@ class TestWrongPlugins:
         assert "expected a Python file" in message
 
     def test_numba_says_where_it_cannot_compile(self, folder):
-        broken = LAW + KERNEL.replace("robots.s[i, k]", "robots.sigma[i, k]")
+        broken = LAW.replace("* r.s", "* r.sigma") + COMPILED
         (folder / "own_law.py").write_text(broken)
         law = load_file(folder / "own.yaml").controller
         from escort_mj.control.custom.native import ready
 
         assert isinstance(law, Law)
-        line = 1 + broken[: broken.index("robots.sigma")].count("\n")
+        line = 1 + broken[: broken.index("r.sigma")].count("\n")
         with pytest.raises(
-            PluginError, match=rf"own_law.py:{line}: numba cannot compile force_kernel: .*sigma"
+            PluginError, match=rf"own_law.py:{line}: numba cannot compile rho_hat_rate: .*sigma"
         ):
             ready(type(law), 2)
 
     def test_an_import_in_a_kernel(self, folder):
-        importing = LAW + KERNEL.replace("        for i", "        import math\n        for i")
+        importing = (
+            LAW.replace("        return self.int", "        import math\n        return self.int") + COMPILED
+        )
         (folder / "own_law.py").write_text(importing)
         law = load_file(folder / "own.yaml").controller
         from escort_mj.control.custom.native import ready
 
         line = 1 + importing[: importing.index("import math")].count("\n")
         with pytest.raises(
-            PluginError, match=rf"own_law.py:{line}: numba cannot compile force_kernel: it cannot import"
+            PluginError, match=rf"own_law.py:{line}: numba cannot compile rho_hat_rate: it cannot import"
         ):
             ready(type(law), 2)

@@ -1,0 +1,88 @@
+"""Values of memory in kernels: addresses, and a load for each name that is read."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from escort_mj.native.compiler.lanes import lanes, load_at, pick_at
+from escort_mj.native.compiler.machine import instructions_of
+from escort_mj.native.compiler.numba_parts import (
+    AttributeTemplate,
+    infer_getattr,
+    lower_getattr_generic,
+    make_array,
+    models,
+    register_model,
+    types,
+)
+from escort_mj.native.compiler.views import ViewType, read_field, type_of_field
+from escort_mj.native.values import Names
+
+
+class AxesType(types.Type):
+    """Type of values of axes in kernels."""
+
+    def __init__(self, view: ViewType, at: types.Type, names: Names) -> None:
+        self.view, self.at = view, at
+        self.fields = dict(names.fields) | {name: field for name, field, _ in names.rows}
+        self.rows = {name: row for name, _, row in names.rows}
+        super().__init__(name=f"Axes({view.name}, {at.name}, {names})")
+
+
+@register_model(AxesType)
+class _AxesModel(models.StructModel):
+    def __init__(self, manager: Any, kind: AxesType) -> None:
+        super().__init__(manager, kind, [("view", kind.view), ("at", kind.at)])
+
+
+def teach_axes(function: Any, names: Names) -> None:
+    """Tells numba of a function that gives values of axes, see `values.reader_of`."""
+
+    @instructions_of(function)
+    def axes_at(context: Any, view: Any, at: Any) -> Any:
+        place = at if at == lanes else types.intp
+        kind = AxesType(view, place, names)
+
+        def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            model = context.make_helper(builder, kind)
+            model.view = arguments[0]
+            model.at = arguments[1]
+            return model._getvalue()
+
+        return kind(view, place), generate
+
+
+@infer_getattr
+class _Attributes(AttributeTemplate):
+    key = AxesType
+
+    def generic_resolve(self, axes: AxesType, name: str) -> types.Type | None:
+        if name not in axes.fields:
+            return None
+        kind = type_of_field(axes.view, axes.fields[name])
+        if not isinstance(kind, types.Array):
+            return kind
+        return types.float64 if _is_one(axes.view, axes.fields[name]) else lanes
+
+
+def _is_one(view: ViewType, name: str) -> bool:
+    """Whether a field is a vector of one number."""
+    return view.fields[name].shape == ((1,),)
+
+
+@lower_getattr_generic(AxesType)
+def _get(context: Any, builder: Any, axes: AxesType, value: Any, name: str) -> Any:
+    """Machine code that reads a value."""
+    model, field = context.make_helper(builder, axes, value=value), axes.fields[name]
+    kind = type_of_field(axes.view, field)
+    found = read_field(context, builder, axes.view, model.view, field)
+    if not isinstance(kind, types.Array):
+        return found
+    array = make_array(kind)(context, builder, found)
+    if _is_one(axes.view, field):
+        return builder.load(array.data)
+    data = array.data
+    if name in axes.rows:
+        _, *others = (builder.extract_value(array.shape, k) for k in range(3))
+        data = builder.gep(data, [builder.mul(others[0].type(axes.rows[name]), builder.mul(*others))])
+    return pick_at(builder, data, model.at) if axes.at == lanes else load_at(builder, data, model.at)

@@ -1,0 +1,118 @@
+"""Values of memory by name, for equations: of eight axes at once in kernels, of all axes in Python.
+
+    r = axes_at(view, at)
+    tau = r.rho_hat + gain * r.e
+
+Compiled, `r` is nothing but addresses, and reading a name is one load. Interpreted, it is the same load.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from difflib import get_close_matches
+from functools import cache
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from escort_mj.native.lanes import load, pick
+
+
+class Names(NamedTuple):
+    """By what names values are read.
+
+    Attributes:
+        fields: Name and field of the view: a number, one in a vector, or an array of axes.
+        rows: Name, field, and the row of the field that has such an array.
+    """
+
+    fields: tuple[tuple[str, str], ...]
+    rows: tuple[tuple[str, str, int], ...] = ()
+
+
+readers: list[tuple[Callable[..., Any], Names]] = []
+"""Functions that return values, and the names by which these are read."""
+
+
+numpy_forms: list[tuple[Callable[..., Any], int, Callable[..., Any]]] = []
+"""Functions of NumPy, how many arguments they take, and what they are of eight numbers at once."""
+
+
+class Values:
+    """What equations read, by name: numbers, or arrays of numbers, that arithmetic takes all at once."""
+
+    def __getattr__(self, name: str) -> Any:
+        raise AttributeError(name)
+
+
+class Axes(Values):
+    """Values of eight axes, of those of all robots in a row.
+
+    Args:
+        view: Memory with the fields.
+        at: First of them, or their places.
+        names: By what names values are read.
+    """
+
+    def __init__(self, view: Any, at: Any, names: Names) -> None:
+        self._view, self._at, self._names = view, at, names
+
+    def __getattr__(self, name: str) -> Any:
+        for known, field in self._names.fields:
+            if known == name:
+                return self._read(getattr(self._view, field), None)
+        for known, field, row in self._names.rows:
+            if known == name:
+                return self._read(getattr(self._view, field), row)
+        raise AttributeError(unknown(name, self._names))
+
+    def _read(self, value: Any, row: int | None) -> Any:
+        if not isinstance(value, np.ndarray) or value.shape == (1,):
+            return float(value if np.ndim(value) == 0 else value[0])
+        first = 0 if row is None else row * value.shape[1] * value.shape[2]
+        return load(value, first + self._at) if np.ndim(self._at) == 0 else pick(value, first + self._at)
+
+
+class Arrays(Values):
+    """The same values of all axes, as arrays with a row for each robot.
+
+    Args:
+        view: Memory with the fields; arrays are those of the view.
+        names: By what names values are read.
+    """
+
+    def __init__(self, view: Any, names: Names) -> None:
+        self._numbers: dict[str, Any] = {}
+        self._names = names
+        for name, field in names.fields:
+            value = getattr(view, field)
+            if np.shape(value) == (1,):
+                self._numbers[name] = value
+            else:
+                setattr(self, name, value)
+        for name, field, row in names.rows:
+            setattr(self, name, getattr(view, field)[row])
+
+    def __getattr__(self, name: str) -> Any:
+        if name in self._numbers:
+            return float(self._numbers[name][0])
+        raise AttributeError(unknown(name, self._names))
+
+
+def unknown(name: str, names: Names) -> str:
+    """Return what to say of a name that cannot be read."""
+    known = sorted([each[0] for each in names.fields] + [each[0] for each in names.rows])
+    near = get_close_matches(name, known, 1)
+    hint = f'; did you mean "{near[0]}"?' if near else ""
+    return f'"{name}" is nothing that can be read here; expected one of {", ".join(known)}{hint}'
+
+
+@cache
+def reader_of(names: Names) -> Callable[[Any, Any], Any]:
+    """Return a function that gives values of eight axes: of a view, and their first place or all places."""
+
+    def axes_at(view: Any, at: Any) -> Any:
+        return Axes(view, at, names)
+
+    readers.append((axes_at, names))
+    return axes_at
