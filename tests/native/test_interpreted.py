@@ -15,17 +15,11 @@ from escort_mj.world.model.build import build
 from escort_mj.world.plant import Plant
 from tests.test_scenarios import FOLDER, WELL
 
-# Of the largest number of a field. Multiplications and additions are contracted in machine code; forces that
-# move a body at a velocity within a step, and velocities by a stiff program, have 500 and 10,000 times its error.
+# Of the largest number of a field. Machine code contracts multiplications and additions. A force that moves a
+# body at a velocity within a step has 500 times its rounding, a velocity by a stiff program 10,000 times.
 EQUAL = 1e-10
-SCRATCH = {
-    "clearance_body",
-    "scratch",
-    "belief_work",
-    "operands",
-    "samples",
-    "spare",
-}  # of two that are equally near one; work
+SCRATCH = {"scratch", "belief_work", "operands", "samples", "spare"}  # what is left of work between two uses
+TIES = {"clearance_body"}  # which of two bodies that are equally near
 MOST_ROBOTS = 40
 QUICK = [
     *("main", "main_3d", "patrol", "one_of_six_fails", "supervised", "event_triggered", "truth"),
