@@ -108,7 +108,7 @@ def place_of(error: BaseException, function: Callable[..., Any]) -> str:
     lines = [frame.lineno for frame in traceback.extract_tb(error.__traceback__) if frame.filename == file]
     words = " ".join(f"{type(error).__name__}: {error}".split()).removesuffix(":").removeprefix("Trespass: ")
     if isinstance(error, AttributeError) and "can't set attribute" in words:
-        words += "; arrays are written in place, as in robots.tau[:] = ..."
+        words += "; arrays are written in place, as in robots.wish_velocity[:] = ..."
     return f"{file}:{lines[-1] if lines else line}: {words}"
 
 

@@ -48,6 +48,7 @@ TIME = 0  # the column of a sample that holds its time
 TRUTH, LYAPUNOV, DRIVES, GOALS = "truth", "lyapunov", "drives", "goals"
 KNOWLEDGE, RADIO, LIDAR, OPPONENTS, TEAMS = "knowledge", "radio", "lidar", "opponents", "teams"
 MOVERS, SEVERAL, RADII, WATCHES = "movers", "several", "radii", "watches"
+MEMORIES = "memories"
 DIMS: dict[Extent, tuple[str, ...]] = {
     (1,): (),
     ("n",): ("robot",),
@@ -69,6 +70,7 @@ DIMS: dict[Extent, tuple[str, ...]] = {
     ("several",): ("robot",),
     ("resized",): ("robot",),
     ("watches",): ("watch",),
+    ("memories",): ("memory",),
     ("p",): ("axis",),
     ("p", "p"): ("axis", "axis_2"),
     ("m",): ("obstacle",),
@@ -95,6 +97,7 @@ CHANNELS: dict[Extent, str] = {
     ("several",): SEVERAL,
     ("resized",): RADII,
     ("watches",): WATCHES,
+    ("memories",): MEMORIES,
 }
 """Channels of which all signals have such an extent: it is 0 where they are not recorded."""
 
@@ -133,7 +136,7 @@ class Signal(NamedTuple):
     Attributes:
         name: Variable name in the trace.
         dims: Dimensions beside time, out of `robot`, `axis`, `axis_2`, `obstacle`, `behavior`, `coordinate`,
-            `cause`, `group`, `slot`, `ray`, `opponent`, `team`, `mover`, `watch`.
+            `cause`, `group`, `slot`, `ray`, `opponent`, `team`, `mover`, `watch`, `memory`.
         unit: SI unit, `1` for none.
         meaning: One sentence for the trace's attributes and the docs.
         dtype: Of its values in a trace.
@@ -209,6 +212,7 @@ def channel_sizes(
     several: bool = False,
     resized: bool = False,
     watches: int = 0,
+    memories: int = 0,
 ) -> dict[str, int]:
     """Sizes that some missions add to those of a record.
 
@@ -225,10 +229,11 @@ def channel_sizes(
         several: Whether some robot is more than its hull.
         resized: Whether the distance that robots keep from the target changes.
         watches: How many quantities are watched in every physics step because an expectation asks for them.
+        memories: How many numbers of its own a law integrates for every robot and axis.
     """
     channels = {DRIVES: driven, GOALS: headed, KNOWLEDGE: informed, RADIO: slots > 0, LIDAR: rays > 0}
     channels |= {OPPONENTS: opponents > 0, TEAMS: teams > 0, MOVERS: movers > 0, SEVERAL: several}
-    channels |= {RADII: resized, WATCHES: watches > 0}
+    channels |= {RADII: resized, WATCHES: watches > 0, MEMORIES: memories > 0}
     sizes = {name: 1 for name, recorded in channels.items() if recorded}
     if informed:
         sizes["axis_2"] = axes
@@ -244,6 +249,8 @@ def channel_sizes(
         sizes["mover"] = movers
     if watches:
         sizes["watch"] = watches
+    if memories:
+        sizes["memory"] = memories
     return sizes
 
 

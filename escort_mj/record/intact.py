@@ -20,6 +20,7 @@ from escort_mj.signals import (
     KNOWLEDGE,
     LIDAR,
     LYAPUNOV,
+    MEMORIES,
     MOVERS,
     OPPONENTS,
     RADII,
@@ -128,6 +129,7 @@ def _shape_faults(trace: Recorded) -> Iterator[str]:
         OPPONENTS: "opponent_status",
         TEAMS: "member_of",
         MOVERS: "mover_work",
+        MEMORIES: "law_memory",
         SEVERAL: "point_speed_max",
         RADII: "kept_radius",
         WATCHES: "watch_value",
@@ -146,6 +148,8 @@ def _shape_faults(trace: Recorded) -> Iterator[str]:
         wanted["team"] = ("team",), "OUST"
     if channels[WATCHES]:
         wanted["watch"] = ("watch",), "OUST"
+    if channels[MEMORIES]:
+        wanted["memory"] = wanted["memory_unit"] = ("memory",), "OUST"
     if channels[MOVERS]:
         wanted["mover"] = ("mover",), "OUST"
     if channels[LIDAR]:

@@ -39,7 +39,7 @@ def _outlines(scenario: Scenario) -> list[list[list[float]]]:
 
 def labels_of(scenario: Scenario, world: World) -> dict[str, Any]:
     """What the trace says of the mission beside its signals."""
-    setup = world.setup
+    setup, memories = world.setup, world.setup.law.memories()
     (neighbors, spacing), lidar = setup.edges, setup.sensing.lidar
     edge_team = setup.members[neighbors[:, 0]]
     avoid = next((b for b in setup.behaviors if isinstance(b, AvoidObstacles)), None)
@@ -64,6 +64,8 @@ def labels_of(scenario: Scenario, world: World) -> dict[str, Any]:
         "edge_radius": [setup.teams[team].radius if setup.teams else setup.radius for team in edge_team],
         "edge_team": [int(team) + 1 for team in edge_team] if setup.teams else [],
         "watches": [watch.label for watch in world.watches],
+        "memories": [*memories],
+        "memory_units": [memory.unit for memory in memories.values()],
         "movers": [
             "target" if mover.obstacle < 0 else obstacle_names(scenario)[mover.obstacle]
             for mover in setup.movers

@@ -29,8 +29,7 @@ if TYPE_CHECKING:
 class CustomState(Fields):
     """What plugins' components write, and what is kept for them."""
 
-    law_memory: Annotated[Array, "memories", "n", "p", Value("1", "what is integrated for a law")]
-    law_memory_rate: Annotated[Array, "memories", "n", "p", Value("1/s", "its rates")]
+    law_memory_rate: Annotated[Array, "memories", "n", "p", Value("1/s", "rates of `law_memory`")]
     law_memory_time: Annotated[Array, 1, Value("s", "up to which it is integrated")]
     wish_direction: Annotated[Array, "p", Value("1", "what a behavior says of one robot")]
     wish_velocity: Annotated[Array, "p", Value("m/s", "likewise")]

@@ -132,7 +132,7 @@ def trace_size(scenario: Scenario) -> float:
     resized = any(isinstance(each, Surface) and each.changes for stack in stacks for each in stack)
     sizes |= channel_sizes(
         driven, headed, informed, axes, slots, rays, opponents, teams, moving, several,
-        resized, len(watches_of(scenario.expect)),
+        resized, len(watches_of(scenario.expect)), len(scenario.laws[0].memories()),
     )  # fmt: skip
     samples = scenario.duration * scenario.recording.rate + 1.0
     return 8.0 * record_size(sizes) * samples

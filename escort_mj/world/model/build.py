@@ -241,6 +241,7 @@ def _draft(
     sizes |= channel_sizes(
         setup.driven, setup.headed, setup.informed, scenario.axes, slots, rays, len(setup.opponents),
         len(setup.teams), len(setup.movers), resized=bool(setup.radii), watches=len(watches),
+        memories=len(setup.law.memories()),
     )  # fmt: skip
     schedule = schedule_of(scenario, seen.edges if seen is not None else ())
     return Draft(scenario, robots, setup, obstacles, stages, bodies, schedule, sizes, watches)
