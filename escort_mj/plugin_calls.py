@@ -236,7 +236,9 @@ def step(function: Callable[..., Any], first: bool, call: Callable[[], Any]) -> 
         error.args = (known.trespass,)
         raise
     finally:
-        known.is_under_way = False  # and is kept for the next step: a new one would take longer than some laws
+        known.is_under_way = (
+            False  # and is kept for the next step: a new one would take longer than some laws
+        )
         if outer is not None:
             _calls[thread] = outer
         elif known.trespass:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Callable
-from inspect import isfunction, signature
+from inspect import isfunction
 from typing import Any, get_type_hints
 
 from escort_mj import stopping
@@ -35,10 +35,7 @@ def _guarded(name: str, function: Callable[..., Any]) -> Callable[..., Any]:
     def called(kind: RobotKind, *arguments: Any, **more: Any) -> Any:
         nonlocal first
         try:
-            given = (kind, *arguments)
-            if more:
-                given = signature(function).bind(*given, **more).args
-            returned = step(function, first, *given)
+            returned = step(function, first, functools.partial(function, kind, *arguments, **more))
             first = False
             return _checked(name, returned, wanted)
         except BaseException as error:
