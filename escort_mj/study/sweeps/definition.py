@@ -323,7 +323,7 @@ def _parameter_findings(study: Study) -> Iterator[Finding]:
             if name not in study.parameters:
                 message = f"found {{{name}}}; the parameters are {listed([*study.parameters])}"
                 yield Finding(path, message + did_you_mean(name, study.parameters))
-    varied = [(("vary", key), key) for key in study.vary]
+    varied: list[tuple[tuple[str | int, ...], str]] = [(("vary", key), key) for key in study.vary]
     varied += [((*path, key), key) for path, box in _boxes(study) for key in box]
     for path, key in varied:
         if key in study.parameters and key not in used:
