@@ -160,8 +160,9 @@ def _compiled_law(model: type[Law], layout: Layout, text: str, known: int | None
             store(view.rho_hat_rate, at, rate)
         write_memory(parameters, view)
 
+    given, called = _given(model, layout, text, known), f"the law {model.__name__}"
     try:
-        keep, address, plugged = compile_function(run, _given(model, layout, text, known), None, model.force)
+        keep, address, plugged = compile_function(run, given, None, model.force, called)
     except NotCompiledError as error:
         raise PluginError(str(error)) from None
     if plugged is not None and model.digest:

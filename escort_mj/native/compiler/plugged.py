@@ -36,7 +36,7 @@ def in_kernels(function: Any) -> Any:
 
 
 def compile_function(
-    function: Any, given: tuple[View, ...], answers: str | None, of: Any = None
+    function: Any, given: tuple[View, ...], answers: str | None, of: Any = None, called: str = ""
 ) -> tuple[Any, int, Plugged | None]:
     """Compile a function.
 
@@ -47,6 +47,7 @@ def compile_function(
         given: The views.
         answers: What it returns, in words, empty for nothing; None where there is no robot's number.
         of: The plugin's function that it calls, for messages; None where it is the plugin's own.
+        called: What it is called there; empty for the function's name.
 
     Returns:
         What must live as long as it is called; its address; and its machine code, for other processes, unless
@@ -63,7 +64,7 @@ def compile_function(
     try:
         dispatcher.compile(kinds)
     except Exception as error:  # numba has several roots of errors, and stumbles over some code
-        raise NotCompiledError(_why(error, function if of is None else of)) from None
+        raise NotCompiledError(_why(error, of or function, called or function.__name__)) from None
     finally:
         if collecting:
             gc.enable()
@@ -99,7 +100,7 @@ def _place(function: Any) -> str:
     return f"{function.__code__.co_filename}:{function.__code__.co_firstlineno}"
 
 
-def _why(error: Exception, function: Any) -> str:
+def _why(error: Exception, function: Any, called: str) -> str:
     """What numba says of a kernel that it cannot compile, in one line."""
     text = re.sub(r"\x1b\[[0-9;]*m", "", str(error))
     name = re.escape(Path(function.__code__.co_filename).name)
@@ -109,4 +110,4 @@ def _why(error: Exception, function: Any) -> str:
     if "IMPORT_NAME" in text:
         said = ["it cannot import; import at the top of the file"]
     place = f"{function.__code__.co_filename}:{lines[-1]}" if lines else _place(function)
-    return f"{place}: numba cannot compile {function.__name__}: {said[0] if said else type(error).__name__}"
+    return f"{place}: numba cannot compile {called}: {said[0] if said else type(error).__name__}"

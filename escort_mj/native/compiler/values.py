@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from typing import Any
 
 from escort_mj.native.compiler.lanes import lanes, load_at, pick_at
@@ -26,7 +27,8 @@ class AxesType(types.Type):
         self.view, self.at = view, at
         self.fields = dict(names.fields) | {name: field for name, field, _ in names.rows}
         self.rows = {name: row for name, _, row in names.rows}
-        super().__init__(name=f"Axes({view.name}, {at.name}, {names})")
+        mark = hashlib.sha256(repr(names).encode()).hexdigest()[:8]
+        super().__init__(name=f"Values({view.name}, {at.name}, {mark})")
 
 
 @register_model(AxesType)

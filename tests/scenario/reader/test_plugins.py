@@ -189,7 +189,7 @@ class TestWrongPlugins:
         assert isinstance(law, Law)
         line = 1 + broken[: broken.index("r.sigma")].count("\n")
         with pytest.raises(
-            PluginError, match=rf"own_law.py:{line}: numba cannot compile rho_hat_rate: .*sigma"
+            PluginError, match=rf"own_law.py:{line}: numba cannot compile the law Pid: .*sigma"
         ):
             ready(type(law), 2)
 
@@ -203,6 +203,6 @@ class TestWrongPlugins:
 
         line = 1 + importing[: importing.index("import math")].count("\n")
         with pytest.raises(
-            PluginError, match=rf"own_law.py:{line}: numba cannot compile rho_hat_rate: it cannot import"
+            PluginError, match=rf"own_law.py:{line}: numba cannot compile the law Pid: it cannot import"
         ):
             ready(type(law), 2)
