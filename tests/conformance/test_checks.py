@@ -148,7 +148,6 @@ class TestRecords:
             (("return float", "COUNT.append(1)\n    return len(COUNT) + float"), "deterministic"),
             (("return float", 'trace["tau"].values[:] += 1.0\n    return float'), "runs"),
             (("far.max()", "far[-1].max()"), "grows"),
-            (('unit="m"', 'unit=""'), "unit"),
         ],
     )
     def test_a_wrong_metric_is_found_by_its_check(self, compiled, tmp_path, change, check):

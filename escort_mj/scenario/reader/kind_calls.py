@@ -35,7 +35,7 @@ def _guarded(name: str, function: Callable[..., Any]) -> Callable[..., Any]:
     def called(kind: RobotKind, *arguments: Any, **more: Any) -> Any:
         nonlocal first
         try:
-            returned = step(function, first, functools.partial(function, kind, *arguments, **more))
+            returned = step(function, first, lambda: function(kind, *arguments, **more))
             first = False
             return _checked(name, returned, wanted)
         except BaseException as error:
