@@ -304,6 +304,12 @@ class _Output:
         return getattr(self.stream, name)
 
 
+def _streams() -> tuple[Any, ...]:
+    """The standard streams, whatever threads have put around them."""
+    streams = sys.stdin, sys.stdout, sys.stderr
+    return tuple(each.stream if isinstance(each, _Output) else each for each in streams)
+
+
 class _Shared:
     """What the whole process shares, as it was before a plugin's code ran."""
 
@@ -313,7 +319,7 @@ class _Shared:
         self._output = _Output(sys.stdout) if sys.stdout is not None else None
         if self._output is not None and not isinstance(sys.stdout, _Output):
             sys.stdout = self._output
-        self._now = sys.stdin, sys.stdout, sys.stderr
+        self._now = _streams()
         self._copies = [None if file is None else os.dup(number) for number, file in enumerate(_files())]
         self._files, self._folder, self._environment = _files(), _folder(), dict(os.environ)
         self._errors, self._numpy, self._python = np.geterr(), np.random.get_state(), random.getstate()
@@ -326,7 +332,7 @@ class _Shared:
     def changed(self) -> str:
         """What the plugin changed, in words, put right again; empty for nothing."""
         found = []
-        if (sys.stdin, sys.stdout, sys.stderr) != self._now:
+        if _streams() != self._now:
             found.append("replaces a standard stream")
         sys.stdin, sys.stdout, sys.stderr = self._streams
         if _files() != self._files:
