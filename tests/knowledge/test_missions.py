@@ -54,7 +54,7 @@ def test_the_same_bits_in_threads(compiled: None) -> None:
 def test_a_controller_for_real_robots_is_given_what_is_measured() -> None:
     """What a scenario simulates of knowledge is added on demand."""
     scenario = load_scenario(FOLDER / "blind.yaml")
-    plain = Controller(scenario.replace({"knowledge": None, "communication": None}))
+    plain = Controller(scenario.replace({"knowledge": None, "communication": None, "expect": []}))
     told, simulated = Controller(scenario), Controller(scenario, simulate=True)
     q, v, target = plain.start, np.zeros_like(plain.start), (np.array([1.0, 2.0]), np.array([0.1, 0.0]))
     for step in range(3):
