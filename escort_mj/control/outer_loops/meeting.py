@@ -59,7 +59,8 @@ def bound_velocities(plan: Plan, state: State) -> None:
 
 @inlined
 def is_met(
-    robot: int, level: int, alike: float, avoid: Any, rules: Rules, plan: Plan, state: State
+    robot: int, level: int, alike: float, own: float, far: float, avoid: Any, rules: Rules, plan: Plan,
+    state: State,
 ) -> bool:  # fmt: skip
     """Whether a teammate in a crowd is so near, or comes so fast, that it may bind what a robot wants.
 
@@ -67,14 +68,15 @@ def is_met(
         robot: From 0.
         level: Which one avoidance is.
         alike: Speed at which it could meet one that keeps to its half [m/s].
+        own: How fast what it wants is in the common frame [m/s].
+        far: Margin at which it matters that the fastest teammate comes [m].
         avoid: Parameters of avoid_obstacles.
         rules: How fast it may come nearer.
         plan: Gives radii.
         state: Gives measured positions and velocities, lists, and what robots want, `v_d`.
     """
     lists, q, radius, wanted = seen_neighbors(state), state.q_measured, plan.robot_radius, state.v_d[robot]
-    own, safe = _apart_from(wanted, state), avoid.teammate_distance
-    far = horizon(max(alike, own + state.pace_most[0]), rules)
+    safe = avoid.teammate_distance
     if not mate_within(safe + far, robot, avoid, q, radius, lists):
         return False
     if mate_within(safe + horizon(alike, rules), robot, avoid, q, radius, lists):

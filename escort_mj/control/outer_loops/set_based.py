@@ -210,10 +210,15 @@ def _may_bind(i: int, level: int, avoid: Any, rules: Rules, plan: Plan, state: S
     far = _horizon(greatest(alike, root(closing) + state.pace_most[0]), rules)
     listed = seen_neighbors(state).shape[0] > 0
     if avoid.teammate_distance > 0.0 and listed:
-        speeds = stack_rows(1)
+        speeds = stack_rows(3)
         set_row(speeds, 0, alike)
+        set_row(speeds, 1, root(closing))
+        set_row(speeds, 2, far)
         for robot in range(i, min(i + WIDTH, n)):
-            near = is_met(robot, level, speeds[0, robot - i], avoid, rules, plan, state)
+            lane = robot - i
+            near = is_met(
+                robot, level, speeds[0, lane], speeds[1, lane], speeds[2, lane], avoid, rules, plan, state
+            )
             state.detour_near[robot] = 1.0 if near else 0.0
         found = where(load(state.detour_near, i) > 0.5, 1.0, found)
     if avoid.heard_distance > 0.0:
@@ -222,24 +227,54 @@ def _may_bind(i: int, level: int, avoid: Any, rules: Rules, plan: Plan, state: S
         found = where(load(state.heard_margin, i) < ahead, 1.0, found)
     failing = plan.failure_start.shape[0] > 0
     if failing or (avoid.teammate_distance > 0.0 and not listed):
-        for j in range(n):
-            safe, ahead, nearer = avoid.teammate_distance, far, 1.0
-            if failing and state.lost[j] != 0.0:
-                safe = max(safe, avoid.safe_distance)
-                drifts = length_of(state.v_measured[j])
-                ahead, nearer = _horizon(speed + drifts, rules), 1.0 + lead_of(drifts, most)
-            if safe <= 0.0:
-                continue
-            square = everywhere(0.0)
-            for k in range(p):
-                way = row_of(here, k) - q[j, k]
-                square = square + way * way
-            look = nearer * (safe + to_surface * (own + plan.robot_radius[j])) + ahead
-            near = (square < look * look) & (abs(lane_numbers() + float(i - j)) > 0.5)
-            if any_of(near) and state.lost[j] == 0.0:
-                look = look - ahead + _horizon(greatest(alike, _closing(j, wanted, state)), rules)
-                near = near & (square < look * look)
-            found = where(near, 1.0, found)
+        mates = _mates_near(i, False, here, wanted, speed, alike, far, avoid, rules, plan, state)
+        if any_of(mates > 0.5):  # seldom: how fast each comes is worth asking for then only
+            mates = _mates_near(i, True, here, wanted, speed, alike, far, avoid, rules, plan, state)
+        found = greatest(found, mates)
+    return found
+
+
+@inlined
+def _mates_near(
+    i: int, exactly: bool, here: Array, wanted: Array, speed: Lanes, alike: Lanes, far: Lanes, avoid: Any,
+    rules: Rules, plan: Plan, state: State,
+) -> Lanes:  # fmt: skip
+    """Return 1 for those of robots i to i + 7 that a teammate is near enough to that it may bind, else 0.
+
+    Args:
+        i: First robot, from 0.
+        exactly: Whether it is asked how fast each teammate comes; else all may come at the largest speed.
+        here: Measured positions, in rows of lanes [m].
+        wanted: What the robots want, likewise [m/s].
+        speed: How fast that is [m/s].
+        alike: Speed at which each could meet one that keeps to its half [m/s].
+        far: Margin at which the largest speed matters [m].
+        avoid: Parameters of avoid_obstacles.
+        rules: How fast robots may come nearer.
+        plan: Gives radii.
+        state: Gives measured positions and velocities, and who has failed.
+    """
+    n, p = state.q.shape
+    own, to_surface, found = load(plan.robot_radius, i), float(avoid.measure), everywhere(0.0)
+    failing = plan.failure_start.shape[0] > 0
+    for j in range(n):
+        safe, ahead, nearer = avoid.teammate_distance, far, 1.0
+        failed = failing and state.lost[j] != 0.0
+        if failed:
+            safe = max(safe, avoid.safe_distance)
+            drifts = length_of(state.v_measured[j])
+            ahead, nearer = _horizon(speed + drifts, rules), 1.0 + lead_of(drifts, plan.max_speed)
+        elif exactly:
+            ahead = _horizon(greatest(alike, _closing(j, wanted, state)), rules)
+        if safe <= 0.0:
+            continue
+        square = everywhere(0.0)
+        for k in range(p):
+            way = row_of(here, k) - state.q_measured[j, k]
+            square = square + way * way
+        look = nearer * (safe + to_surface * (own + plan.robot_radius[j])) + ahead
+        near = (square < look * look) & (abs(lane_numbers() + float(i - j)) > 0.5)
+        found = where(near, 1.0, found)
     return found
 
 
