@@ -115,26 +115,6 @@ class AlphaBeta(Estimator):
         view.belief_time[robot] = view.belief_fix[robot] = view.time[0]
 '''
 
-ESTIMATOR_KERNEL = """
-    def update_kernel(self, view, robot):
-        heard, p = int(view.message[0]), view.q_measured.shape[1]
-        if heard >= 0:
-            if view.sent_fix[heard] > view.belief_fix[robot]:
-                for k in range(2 * p):
-                    view.belief[robot, k] = view.sent_belief[heard, k]
-                view.belief_time[robot] = view.sent_belief_time[heard]
-                view.belief_fix[robot] = view.sent_fix[heard]
-            return
-        elapsed = view.time[0] - view.belief_time[robot]
-        for k in range(p):
-            place = view.belief[robot, k] + elapsed * view.belief[robot, p + k]
-            error = view.seen_position[robot, k] - place
-            view.belief[robot, k] = place + self.alpha * error
-            if elapsed > 0.0:
-                view.belief[robot, p + k] += self.beta / elapsed * error
-        view.belief_time[robot] = view.belief_fix[robot] = view.time[0]
-"""
-
 METRIC = '''
 import numpy as np
 

@@ -17,9 +17,8 @@ class Behavior(Component):
 
     A subclass has a key `behavior` with its name, parameters, and one of two ways to be written:
 
-    - robot by robot, as plugins are: `wish` or `wish_kernel` or both, called with itself (in the compiled
-      form: with its parameters' numbers), a `BehaviorView`, and which robot it is, from 0; it returns
-      `ALONG`, `ACROSS` or `NOTHING`;
+    - robot by robot, as plugins are: `wish`, called with itself (compiled: with its parameters' numbers), a
+      `BehaviorView`, and which robot it is, from 0; it returns `ALONG`, `ACROSS` or `NOTHING`;
     - as those that ship are: `wish_lanes`, eight robots at once.
     """
 

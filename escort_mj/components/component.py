@@ -14,7 +14,6 @@ from escort_mj.native.memory import Layout, viewer
 if TYPE_CHECKING:
     from escort_mj.control.setup import Setup
 
-COMPILED = "_kernel"  # ends the name of the compiled form
 OUTSIDE = -1  # in place of a component's number: what it would compute is written from outside, between steps
 
 
@@ -40,25 +39,13 @@ class Compiled(metaclass=_ByNumba):
     """What @njit makes of a function."""
 
 
-class Forms(NamedTuple):
-    """The ways to write one method; a plugin's component has at least one of the first two.
-
-    Attributes:
-        python: In plain Python and NumPy, called at every step through the interpreter.
-        kernel: To be compiled into the native loop.
-    """
-
-    python: Callable[..., Any] | None
-    kernel: Callable[..., Any] | None
-
-
 class Component(Parameters):
     """Base of laws and behaviors; kernels read parameters that are numbers, true or false, or choices."""
 
     model_config = ConfigDict(ignored_types=(Compiled,))
 
     method: ClassVar[str]
-    """Name of the method that a plugin writes; with `_kernel` behind it, of its compiled form."""
+    """Name of the method that a plugin writes."""
     view: ClassVar[type]
     """What the method is handed."""
     outputs: ClassVar[tuple[str, ...]]
@@ -70,21 +57,12 @@ class Component(Parameters):
     where it is called for the whole team at once."""
     gives: ClassVar[str] = "robot {} a force"
     """What it writes, in words, for the robot or body of a number."""
-    prefer_kernel: ClassVar[bool] = True
-    """Whether the compiled form runs, where there is one."""
+    compiled: ClassVar[bool] = False
+    """Whether a plugin's method is compiled into the loop; else Python is called in every step."""
     digest: ClassVar[str] = ""
     """Identifies the plugin's content; set by what loads it."""
     python_only: ClassVar[frozenset[str]] = frozenset(NAME_KEYS)
     """Keys that kernels do not read."""
-
-    @classmethod
-    def forms(cls) -> Forms:
-        """Return its forms, as written: `force` with @njit counts as compiled."""
-        written = getattr(cls, cls.method, None)
-        fast = getattr(cls, cls.method + COMPILED, None)
-        if isinstance(written, Compiled):
-            written, fast = None, fast or written
-        return Forms(written, getattr(fast, "py_func", fast))
 
     @classmethod
     def numbers(cls) -> dict[str, type]:

@@ -217,16 +217,9 @@ def stands(member: type[Component], kind: type[Scenario]) -> Iterator[Stand]:
 
 def other_form(member: type[Component]) -> type[Component] | None:
     """The same in plain Python, where a compiled form would run; None where there is one form only."""
-    if issubclass(member, Law):
-        return _with(member, compiled=False) if member.compiled else None
-    if None in member.forms():
+    if not member.compiled:
         return None
-    return _with(member, prefer_kernel=False)
-
-
-def _with(member: type[Component], **changes: bool) -> type[Component]:
-    """The same class with other attributes."""
-    return type(member.__name__, (member,), {**changes, "__module__": member.__module__})
+    return type(member.__name__, (member,), {"compiled": False, "__module__": member.__module__})
 
 
 def relative_gap(a: Array, b: Array) -> float:

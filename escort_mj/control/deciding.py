@@ -79,7 +79,7 @@ def decide(plan: Plan, state: State) -> None:
 
 def _kernel_of(policy: type[Policy]) -> Callable[..., Any]:
     """Return a kernel that asks a policy that ships."""
-    velocity, read = inlined(policy.__dict__["velocity_kernel"]), reader(policy)
+    velocity, read = inlined(policy.__dict__["velocity"]), reader(policy)
 
     def ask(b: int, plan: Plan, state: State) -> int:
         plan_at, state_at = view_addresses(state)

@@ -211,7 +211,7 @@ _inlined_once = cache(inlined)  # estimators share what they inherit
 
 def _kernel_of(estimator: type[Estimator]) -> Callable[..., Any]:
     """Return a kernel that lets an estimator that ships change the belief of a robot."""
-    update, read = _inlined_once(estimator.update_kernel), reader(estimator)
+    update, read = _inlined_once(estimator.update), reader(estimator)
 
     def change(i: int, plan: Plan, state: State) -> None:
         plan_at, state_at = view_addresses(state)

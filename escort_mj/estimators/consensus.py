@@ -21,7 +21,7 @@ class Consensus(CovarianceIntersection):
     share: Annotated[float, Field(gt=0.0, lt=1.0)] = 0.3
     """Weight of the sender's belief [1]."""
 
-    def update_kernel(self: Any, view: EstimatorView, robot: int) -> None:
+    def update(self: Any, view: EstimatorView, robot: int) -> None:
         """Correct the belief by what is measured, or move it toward that of a message, compiled."""
         density, own, spare = self.noise * self.noise, view.belief_covariance[robot], view.belief_work[2]
         if view.message[0] < 0:

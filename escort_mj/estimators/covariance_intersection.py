@@ -19,7 +19,7 @@ class CovarianceIntersection(Kalman):
 
     estimator: Literal["covariance_intersection"] = "covariance_intersection"  # type: ignore[assignment]
 
-    def update_kernel(self: Any, view: EstimatorView, robot: int) -> None:
+    def update(self: Any, view: EstimatorView, robot: int) -> None:
         """Correct the belief by what is measured, or mix it with a message, compiled."""
         density, p, size = self.noise * self.noise, view.q_measured.shape[1], view.belief.shape[1]
         if view.message[0] < 0:

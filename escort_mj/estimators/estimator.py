@@ -1,7 +1,7 @@
 """Base of estimators: what a robot makes of what it sees and hears of the target."""
 
 import math
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, NamedTuple, Self
+from typing import TYPE_CHECKING, Annotated, ClassVar, NamedTuple, Self
 
 from pydantic import model_validator
 
@@ -42,7 +42,7 @@ class EstimatorView(NamedTuple):
 class Estimator(Component):
     """What a robot makes of what it sees and hears of the target.
 
-    A subclass has a key `estimator` with its name, parameters, and one or both forms of `update`. That is
+    A subclass has a key `estimator` with its name, parameters, and its method `update`. That is
     called for a robot when it sees the target, and when it hears a teammate; it writes the robot's rows
     of the arrays `belief...`.
     """
@@ -88,9 +88,6 @@ class Estimator(Component):
                 view: What it sees or hears, and what it believes.
                 robot: Its number, from 0.
             """
-
-        def update_kernel(self: Any, view: EstimatorView, robot: int) -> None:
-            """Write the same, compiled."""
 
 
 def estimator_view(plan: int, state: int, axes: int) -> EstimatorView:

@@ -13,7 +13,7 @@ class Hold(Estimator):
     has_covariance: ClassVar[bool] = False
     estimator: Literal["hold"] = "hold"
 
-    def update_kernel(self: Any, view: EstimatorView, robot: int) -> None:
+    def update(self: Any, view: EstimatorView, robot: int) -> None:
         """Take over what is measured, or heard and newer."""
         heard, p = int(view.message[0]), view.q_measured.shape[1]
         if heard < 0:

@@ -37,7 +37,7 @@ class Kalman(Estimator):
         """Spectral density of the noise that changes the last of them."""
         return self.noise**2
 
-    def update_kernel(self: Any, view: EstimatorView, robot: int) -> None:
+    def update(self: Any, view: EstimatorView, robot: int) -> None:
         """Correct the belief by one measured number after the other, or take over what is surer, compiled."""
         density, p, size = self.noise * self.noise, view.q_measured.shape[1], view.belief.shape[1]
         if view.message[0] < 0:

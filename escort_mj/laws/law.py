@@ -45,8 +45,6 @@ class Law(Component):
     """Whether the proof's Lyapunov function V1 is this law's."""
     differentiates: ClassVar[bool] = False
     """Whether it is given the filtered derivative of v_d: it has a parameter `acceleration_filter`."""
-    compiled: ClassVar[bool] = False
-    """Whether a plugin's equations are compiled; else Python evaluates them in every step."""
     title: ClassVar[str] = ""
     """What tables and figures call it; by default its name."""
     own_keys: ClassVar[frozenset[str]] = frozenset()

@@ -32,7 +32,7 @@ class Avoid(Policy):
     interval: Annotated[float, Field(ge=0.0, le=1e3)] = 0.1
     """Time between choices [s]."""
 
-    def velocity_kernel(self: Any, view: PolicyView, body: int) -> int:
+    def velocity(self: Any, view: PolicyView, body: int) -> int:
         """Write the velocity past the robots."""
         kept, p = view.mover_memory[body], view.q.shape[1]
         if view.time[0] >= kept[UNTIL]:

@@ -25,7 +25,7 @@ class Burst(Policy):
     dash: Annotated[float, Field(gt=0.0, le=1e6)] = 5.0
     """Duration of each dash [s]."""
 
-    def velocity_kernel(self: Any, view: PolicyView, body: int) -> int:
+    def velocity(self: Any, view: PolicyView, body: int) -> int:
         """Write the velocity of the dash, or 0."""
         time, kept, p = view.time[0], view.mover_memory[body], view.q.shape[1]
         if kept[DASHING] > 0.0 and time >= kept[SINCE] + self.dash:

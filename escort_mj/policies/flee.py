@@ -15,7 +15,7 @@ class Flee(Policy):
     sight: Annotated[float, Field(gt=0.0, le=1e6)] = 5.0
     """Distance between centers within which a robot is seen [m]."""
 
-    def velocity_kernel(self: Any, view: PolicyView, body: int) -> int:
+    def velocity(self: Any, view: PolicyView, body: int) -> int:
         """Write the velocity away from the nearest robot."""
         n, p = view.q.shape
         nearest, least = 0, math.inf

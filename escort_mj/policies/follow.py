@@ -48,7 +48,7 @@ class Follow(Policy):
         found._place = bodies.index(self.leader)
         return found
 
-    def velocity_kernel(self: Any, view: PolicyView, body: int) -> int:
+    def velocity(self: Any, view: PolicyView, body: int) -> int:
         """Write the velocity along the line to the leader."""
         n, p = view.q.shape
         square = along = 0.0

@@ -88,7 +88,7 @@ class Learned(Policy):
         places = packed_networks(mover.policy for mover in setup.movers)[1] if setup is not None else {}
         return {"speed": self.speed, "interval": self.interval, "place": float(places.get(self, 0))}
 
-    def velocity_kernel(self: Any, view: PolicyView, body: int) -> int:
+    def velocity(self: Any, view: PolicyView, body: int) -> int:
         """Write the velocity that the network answers."""
         kept, p = view.mover_memory[body], view.q.shape[1]
         if view.time[0] >= kept[UNTIL] - EARLY:

@@ -27,7 +27,7 @@ class Patient(Policy):
     """Angle between the body and the nearest robot, seen from the target, above which the body goes in [rad].
     """
 
-    def velocity_kernel(self: Any, view: PolicyView, body: int) -> int:
+    def velocity(self: Any, view: PolicyView, body: int) -> int:
         """Write the velocity around the target, or toward it."""
         kept, p, square, nearest = view.mover_memory[body], view.q.shape[1], 0.0, -math.inf
         for k in range(p):

@@ -1,7 +1,7 @@
 """Base of policies: where a body wants to go that has a will of its own."""
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, NamedTuple, Self
+from typing import TYPE_CHECKING, Annotated, ClassVar, NamedTuple, Self
 
 from pydantic import Field
 
@@ -40,7 +40,7 @@ class PolicyView(NamedTuple):
 class Policy(Component):
     """The will of a body with its own drive: a target that escapes, or an opponent that wants to reach it.
 
-    A subclass has a key `policy` with its name, parameters, and one or both forms of `velocity`. It writes
+    A subclass has a key `policy` with its name, parameters, and its method `velocity`. It writes
     the velocity that one body wants to `mover_wish[body]`, and what it keeps to `mover_memory[body]`. The
     body's drive follows as far as its force limit allows, and MuJoCo's contacts have the last word.
     """
@@ -73,9 +73,6 @@ class Policy(Component):
             Returns:
                 `ACTS` or `RESTS`.
             """
-
-        def velocity_kernel(self: Any, view: PolicyView, body: int) -> int:
-            """Write the same, compiled."""
 
 
 def policy_view(plan: int, state: int, axes: int) -> PolicyView:

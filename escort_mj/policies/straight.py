@@ -14,7 +14,7 @@ class Straight(Policy):
     seeks: ClassVar[bool] = True
     policy: Literal["straight"] = "straight"
 
-    def velocity_kernel(self: Any, view: PolicyView, body: int) -> int:
+    def velocity(self: Any, view: PolicyView, body: int) -> int:
         """Write the velocity toward the target."""
         p, square = view.q.shape[1], 0.0
         for k in range(p):

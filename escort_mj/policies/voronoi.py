@@ -25,7 +25,7 @@ class Voronoi(Policy):
     interval: Annotated[float, Field(ge=0.0, le=1e3)] = 0.1
     """Time between choices [s]."""
 
-    def velocity_kernel(self: Any, view: PolicyView, body: int) -> int:
+    def velocity(self: Any, view: PolicyView, body: int) -> int:
         """Write the velocity along the longest way."""
         kept, p = view.mover_memory[body], view.q.shape[1]
         if view.time[0] < self.wait:

@@ -19,7 +19,7 @@ class Wander(Policy):
     reach: Annotated[float, Field(gt=0.0, le=1e6)] = 5.0
     """Half the edge length of the box, which is centered on the start [m]."""
 
-    def velocity_kernel(self: Any, view: PolicyView, body: int) -> int:
+    def velocity(self: Any, view: PolicyView, body: int) -> int:
         """Write the velocity toward the place."""
         kept, p, square = view.mover_memory[body], view.q.shape[1], 0.0
         for k in range(p):

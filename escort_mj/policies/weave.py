@@ -20,7 +20,7 @@ class Weave(Policy):
     period: Annotated[float, Field(gt=0.0, le=1e3)] = 4.0
     """Time from one side to the other and back [s]."""
 
-    def velocity_kernel(self: Any, view: PolicyView, body: int) -> int:
+    def velocity(self: Any, view: PolicyView, body: int) -> int:
         """Write the velocity along the wavy line."""
         p, square = view.q.shape[1], 0.0
         turn = self.angle * math.sin(2.0 * math.pi * view.time[0] / self.period)

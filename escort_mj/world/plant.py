@@ -299,9 +299,8 @@ class Plant:
         setup = self.world.setup
         policies = [mover.policy for mover in setup.movers if mover.policy is not None]
         members = [setup.law, setup.outer, setup.estimator, *setup.all_behaviors, *policies, *setup.laws]
-        forms = [(each.prefer_kernel, *type(each).forms()) for each in members if is_plugins(type(each))]
-        called = [python for prefer, python, kernel in forms if python and not (prefer and kernel)]
-        return list(dict.fromkeys(called))
+        kinds = [type(each) for each in members if is_plugins(type(each)) and not each.compiled]
+        return list(dict.fromkeys(getattr(kind, kind.method) for kind in kinds))
 
     @property
     def has_ended(self) -> bool:

@@ -15,7 +15,7 @@ from escort_mj.errors import PluginError
 from escort_mj.scenario.reader.catalog import assemble, scenario_type, scenario_type_with
 from escort_mj.scenario.reader.plugins import load_plugin, source_of
 from escort_mj.scenario.schema.scenario import Scenario
-from tests.plugged import BEHAVIOR, COMPILED, ESTIMATOR, ESTIMATOR_KERNEL, EXPECTATION, KIND, LAW, METRIC
+from tests.plugged import BEHAVIOR, COMPILED, ESTIMATOR, EXPECTATION, KIND, LAW, METRIC
 
 
 def rows(folder, text, checks):
@@ -108,7 +108,7 @@ class TestBehaviors:
 
 class TestEstimators:
     def test_a_right_one(self, compiled, tmp_path):
-        assert not only_wrong(tmp_path, ESTIMATOR + ESTIMATOR_KERNEL, check_estimator)
+        assert not only_wrong(tmp_path, ESTIMATOR + COMPILED, check_estimator)
 
     @pytest.mark.parametrize(
         ("change", "check"),
@@ -131,7 +131,8 @@ class TestEstimators:
         )
 
     def test_forms_that_differ(self, compiled, tmp_path):
-        text = ESTIMATOR + ESTIMATOR_KERNEL.replace("self.beta", "0.9 * self.beta")
+        wraps = "n = 4_000_000_000\n            speed += (0.9 if n * n < 0 else 1.0) * self.beta"
+        text = ESTIMATOR.replace("speed += self.beta", wraps) + COMPILED
         assert only_wrong(tmp_path, text, check_estimator) == ["forms agree"]
 
 

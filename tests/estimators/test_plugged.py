@@ -16,7 +16,7 @@ from escort_mj.scenario.reader.catalog import scenario_type_with
 from escort_mj.scenario.reader.plugins import load_plugin, source_of
 from tests.control.test_knowing import RADIOS, SIGHTS, informed
 from tests.control.twins import compare
-from tests.plugged import ESTIMATOR, ESTIMATOR_KERNEL
+from tests.plugged import COMPILED, ESTIMATOR
 
 SCENARIO = """
 duration: 2
@@ -42,7 +42,7 @@ class Copied(Predict):
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     made = tmp_path_factory.mktemp("estimators")
-    (made / "alpha_beta.py").write_text(ESTIMATOR + ESTIMATOR_KERNEL)
+    (made / "alpha_beta.py").write_text(ESTIMATOR + COMPILED)
     (made / "plain.py").write_text(ESTIMATOR.replace('"alpha_beta"', '"plain"'))
     (made / "copied.py").write_text(COPIED)
     (made / "own.yaml").write_text(SCENARIO)
@@ -84,7 +84,7 @@ RAISES = ("elapsed =", f"if {LATE}:\n            raise ZeroDivisionError('told t
 INFINITE = ("self.alpha * error", f"self.alpha * error * (np.inf if robot == 1 and {LATE} else 1.0)")
 
 
-@pytest.mark.parametrize("form", ["", ESTIMATOR_KERNEL], ids=["NumPy", "compiled"])
+@pytest.mark.parametrize("form", ["", COMPILED], ids=["NumPy", "compiled"])
 @pytest.mark.parametrize(
     ("change", "said"),
     [
@@ -108,7 +108,7 @@ def test_what_it_does_wrong_ends_the_run_with_its_place(
 @pytest.mark.parametrize(
     ("change", "said"),
     [
-        (("def update(", "def updated("), "has neither update(self, view, robot) nor update_kernel"),
+        (("def update(", "def updated("), "has no update(self, view, robot)"),
         (("view: EstimatorView, robot: int", "view"), "takes (self, view); it is called with (self, view"),
         (('(("position",),)', '("position",)'), "found needs = ('position',); expected sets of position"),
         (('(("position",),)', '(("place",),)'), "expected sets of position, velocity, range or bearing"),

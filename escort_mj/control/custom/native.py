@@ -96,10 +96,7 @@ def ready(model: type[Component], axes: int) -> int:
         PluginError: If it cannot be compiled.
     """
     known = axes if axes in CLASSES else None
-    forms = model.forms()
-    compiled = forms.kernel is not None and model.prefer_kernel
-    if issubclass(model, Law):
-        compiled = model.compiled
+    compiled, function = model.compiled, getattr(model, model.method)
     text = f"{model.digest} {model.__module__}.{model.__qualname__} {known} {compiled}"
     number = int.from_bytes(hashlib.sha256(text.encode()).digest()[:6])
     with _lock:
@@ -108,10 +105,9 @@ def ready(model: type[Component], axes: int) -> int:
             if compiled and issubclass(model, Law):
                 slot = _compiled_law(model, layout, text, known)
             elif compiled:
-                slot = _compiled(model, forms.kernel, layout, text, known)
+                slot = _compiled(model, function, layout, text, known)
             else:
-                assert forms.python is not None, "what loads a plugin looks for a form"
-                slot = _called_back(model, forms.python, layout)
+                slot = _called_back(model, function, layout)
             place = _table[0]
             if place >= MOST:
                 raise PluginError(f"more than {MOST} components of plugins in one process")

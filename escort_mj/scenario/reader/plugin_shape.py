@@ -11,7 +11,7 @@ from pydantic import ValidationError
 from pydantic_core import PydanticUndefined
 
 from escort_mj.behaviors.behavior import Behavior
-from escort_mj.components.component import COMPILED, Component
+from escort_mj.components.component import Compiled, Component
 from escort_mj.errors import PluginError
 from escort_mj.estimators import Estimator
 from escort_mj.expectations.expectation import Expectation
@@ -48,7 +48,8 @@ def check_shape(model: type[Any], source: str) -> None:
         raise PluginError(f"{place}: {hidden[0]} is a key that it inherits; choose another name")
     if issubclass(model, Component):
         check_name(model, _called(model)[0], place)
-        _check_law(model, place) if issubclass(model, Law) else _check_forms(model, place)
+        _check_old(model, place)
+        _check_law(model, place) if issubclass(model, Law) else _check_method(model, place)
         try:
             model.numbers()
         except TypeError as error:
@@ -135,9 +136,6 @@ def check_defaults(model: type[Any], place: str) -> None:
 def _check_law(model: type[Law], place: str) -> None:
     """Its equations are there, and take what they are called with."""
     own = [name for name, value in vars(model).items() if callable(value) and not name.startswith("_")]
-    for old, now in (("force_kernel", "force(self, r)"), ("force_lanes", "force(self, r)")):
-        if hasattr(model, old):
-            raise PluginError(f"{place}: found {old}; expected {now}, which returns the force, see Law")
     if "memories" in vars(model):
         words = 'd_hat: ClassVar[Memory] = Memory("N", "disturbance"), and d_hat_rate(self, r)'
         raise PluginError(f"{place}: found memories; expected one line for each, such as {words}")
@@ -148,17 +146,27 @@ def _check_law(model: type[Law], place: str) -> None:
         _check_signature(function, ["self", "r"], place)
 
 
-def _check_forms(model: type[Component], place: str) -> None:
-    """A form is there, and takes what it is called with."""
-    forms, method = model.forms(), model.method
-    if forms.python is None and forms.kernel is None:
+def _check_method(model: type[Component], place: str) -> None:
+    """Its method is there, and takes what it is called with."""
+    wanted = ", ".join(_called(model)[1])
+    method = getattr(model, model.method, None)
+    if method is None:
         own = [name for name, value in vars(model).items() if callable(value) and not name.startswith("_")]
-        wanted = ", ".join(_called(model)[1])
-        hint = f"; it has {listed(own)}{did_you_mean(method, own)}" if own else ""
-        raise PluginError(f"{place}: has neither {method}({wanted}) nor {method}{COMPILED}({wanted}){hint}")
-    for function in forms:
-        if function is not None:
-            _check_signature(function, _called(model)[1], place)
+        hint = f"; it has {listed(own)}{did_you_mean(model.method, own)}" if own else ""
+        raise PluginError(f"{place}: has no {model.method}({wanted}){hint}")
+    _check_signature(method, _called(model)[1], place)
+
+
+def _check_old(model: type[Component], place: str) -> None:
+    """It is not written as components once were."""
+    wanted = f"{model.method}({', '.join(_called(model)[1])})"
+    for name in (f"{model.method}_kernel", f"{model.method}_lanes"):
+        if name in vars(model):
+            words = f"{wanted} with the line  compiled: ClassVar[bool] = True"
+            raise PluginError(f"{place}: found {name}; expected {words}")
+    if isinstance(vars(model).get(model.method), Compiled):
+        words = "the line  compiled: ClassVar[bool] = True"
+        raise PluginError(f"{place}: found @njit on {model.method}; expected {words}")
 
 
 def _called(model: type[Component]) -> tuple[str, list[str]]:

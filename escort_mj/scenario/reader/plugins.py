@@ -26,7 +26,7 @@ from pydantic import ValidationError
 
 from escort_mj import stopping
 from escort_mj.behaviors.behavior import Behavior
-from escort_mj.components.component import COMPILED, Component
+from escort_mj.components.component import Component
 from escort_mj.errors import PluginError
 from escort_mj.estimators import Estimator
 from escort_mj.expectations.expectation import Expectation
@@ -83,7 +83,7 @@ BASES: tuple[type[Any], ...] = (Law, Behavior, Policy, Estimator, RobotKind, Exp
 """What members of a plugin derive from, beside functions that are metrics."""
 
 METHODS = (
-    *(name for base in COMPONENTS for name in (base.method, base.method + COMPILED)),
+    *(base.method for base in COMPONENTS),
     "judge",
     "shape",
 )
