@@ -156,3 +156,11 @@ def test_a_study_runs_them_in_worker_processes_and_knows_their_content(compiled,
     (tmp_path / "own_law.py").write_text(LAW + "\n")
     changed = Design(load_study(tmp_path / "study.yaml"), tmp_path)
     assert not set(keys) & {run.key for run in changed.runs()}
+
+
+def test_a_law_that_returns_nothing_is_told(compiled, folder):
+    text = LAW.replace('"pid"', '"mute"').replace("        return r.rho_hat", "        r.rho_hat")
+    (folder / "mute.py").write_text(text)
+    run = api.run(api.load_scenario(folder / "own.yaml", ["controller=mute"], [str(folder / "mute.py")]))
+    assert run.outcome is Outcome.FAILED
+    assert re.search(r"mute.py:\d+: TypeError: force returned None; expected values", run.message)

@@ -74,11 +74,23 @@ def memory_by(law: type[Law], made: Callable[[Call], Call], equations: Mapping[s
 
 
 def evaluate_arrays(law: Law, r: Arrays, view: LawView) -> None:
-    """Write forces and rates of all robots, by the law's methods as Python."""
-    view.tau[:] = law.force(r)
-    view.rho_hat_rate[:] = law.rho_hat_rate(r)
+    """Write forces and rates of all robots, by the law's methods as Python.
+
+    Raises:
+        TypeError: If a method returns no values.
+    """
+    n, p = view.e.shape
+    view.tau[:] = _values("force", law.force(r))
+    view.rho_hat_rate[:] = _values("rho_hat" + RATE, law.rho_hat_rate(r))
     if type(law).acceleration is not Law.acceleration:
-        n, p = view.e.shape
-        view.tau[:] += np.einsum("iab,ib->ia", view.model_mass.reshape(n, p, p), law.acceleration(r))
+        a = np.broadcast_to(_values("acceleration", law.acceleration(r)), (n, p))
+        view.tau[:] += np.einsum("iab,ib->ia", view.model_mass.reshape(n, p, p), a)
     for row, name in enumerate(law.memories()):
-        view.law_memory_rate[row] = getattr(law, name + RATE)(r)
+        view.law_memory_rate[row] = _values(name + RATE, getattr(law, name + RATE)(r))
+
+
+def _values(method: str, found: Any) -> Any:
+    """What a method returned, if it is values."""
+    if found is None or isinstance(found, str | bytes | tuple | list | dict):
+        raise TypeError(f"{method} returned {found!r:.80}; expected values, such as those of r.e")
+    return found
