@@ -9,6 +9,7 @@ and put right; what takes too long is broken off.
 from __future__ import annotations
 
 import _thread
+import builtins
 import ctypes
 import math
 import operator
@@ -158,9 +159,10 @@ def confined(file: str, function: Callable[..., Any] | None = None) -> Iterator[
         error.args = (call.trespass,)
         raise
     finally:
+        replaced = before.restored_builtins()
         end(call)
         changed = before.changed()
-    if found := call.trespass or changed:
+    if found := call.trespass or replaced or changed:
         raise Trespass(found)
 
 
@@ -315,6 +317,7 @@ class _Shared:
 
     def __init__(self, loading: bool) -> None:
         self._loading = loading
+        self._builtins = builtins.__dict__.copy()
         self._streams = sys.stdin, sys.stdout, sys.stderr
         self._output = _Output(sys.stdout) if sys.stdout is not None else None
         if self._output is not None and not isinstance(sys.stdout, _Output):
@@ -328,6 +331,18 @@ class _Shared:
         self._limits = sys.getrecursionlimit(), sys.gettrace(), sys.getprofile()
         self._modules = None if loading else sys.modules.copy()
         self._members = [(one, vars(one).copy()) for one in _shared_modules(loading)]
+
+    def restored_builtins(self) -> str:
+        """What of Python's own functions the plugin replaced, in words, put right again; empty for nothing.
+
+        It calls none of them, and comes before all that does.
+        """
+        own, found = builtins.__dict__, ""
+        for name, value in self._builtins.items():
+            if name not in own or own[name] is not value:
+                own[name] = value
+                found = f"a plugin must not do this: it replaces {name} of Python"
+        return found
 
     def changed(self) -> str:
         """What the plugin changed, in words, put right again; empty for nothing."""

@@ -1,5 +1,6 @@
 """What plugins return and raise when they are called: sense, or one error with their file and line."""
 
+import builtins
 import math
 import re
 import sys
@@ -13,6 +14,7 @@ from escort_mj.expect.verdicts import judge
 from escort_mj.expectations.expectation import Judgment, Windowed
 from escort_mj.metrics.metric import Measure, metric, metric_of
 from escort_mj.record.outcome import Outcome
+from escort_mj.scenario.reader.plugins import load_plugin, source_of
 from tests.expectations.traces import watched
 
 
@@ -177,3 +179,12 @@ class Own(RobotKind):
         scenario = {"plugins": [str(tmp_path / "own.py")], "robots": {"count": 2, "kind": "own"}}
         with pytest.raises(PluginError, match=re.escape(words)):
             load_scenario(scenario)
+
+
+@pytest.mark.parametrize("line", ["builtins.len = lambda x: 0", "del builtins.print", "builtins.open = 3"])
+def test_a_plugin_that_replaces_what_python_has_is_refused_by_name(line, tmp_path) -> None:
+    (tmp_path / "own.py").write_text(f"import builtins\n{line}\n")
+    kept = dict(vars(builtins))
+    with pytest.raises(PluginError, match=r"own.py: a plugin must not do this: it replaces \w+ of Python"):
+        load_plugin(source_of("own.py", tmp_path))
+    assert vars(builtins) == kept
