@@ -16,6 +16,7 @@ from escort_mj.metrics.metric import Measure, metric, metric_of
 from escort_mj.record.outcome import Outcome
 from escort_mj.scenario.reader.plugins import load_plugin, source_of
 from tests.expectations.traces import watched
+from tests.plugged import METRIC
 
 
 def measured(returned, **about):
@@ -183,7 +184,7 @@ class Own(RobotKind):
 
 @pytest.mark.parametrize("line", ["builtins.len = lambda x: 0", "del builtins.print", "builtins.open = 3"])
 def test_a_plugin_that_replaces_what_python_has_is_refused_by_name(line, tmp_path) -> None:
-    (tmp_path / "own.py").write_text(f"import builtins\n{line}\n")
+    (tmp_path / "own.py").write_text(f"import builtins\n{METRIC}\n{line}\n")
     kept = dict(vars(builtins))
     with pytest.raises(PluginError, match=r"own.py: a plugin must not do this: it replaces \w+ of Python"):
         load_plugin(source_of("own.py", tmp_path))
