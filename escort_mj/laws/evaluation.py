@@ -73,24 +73,32 @@ def memory_by(law: type[Law], made: Callable[[Call], Call], equations: Mapping[s
     return write
 
 
-def evaluate_arrays(law: Law, r: Arrays, view: LawView) -> None:
-    """Write forces and rates of all robots, by the law's methods as Python.
+def array_evaluation(law: Law, view: LawView) -> Callable[[], None]:
+    """Return what writes forces and rates of all robots, by the law's methods as Python.
 
-    Raises:
-        TypeError: If a method returns no values.
+    It raises a `TypeError` if a method returns no values.
     """
-    n, p = view.e.shape
-    view.tau[:] = _values("force", law.force(r))
-    view.rho_hat_rate[:] = _values("rho_hat" + RATE, law.rho_hat_rate(r))
-    if type(law).acceleration is not Law.acceleration:
-        a = np.broadcast_to(_values("acceleration", law.acceleration(r)), (n, p))
-        view.tau[:] += np.einsum("iab,ib->ia", view.model_mass.reshape(n, p, p), a)
+    r, tau, n, p = Arrays(view, law.names()), view.tau, *view.e.shape
+    force, acceleration = law.force, law.acceleration
+    has_mass = type(law).acceleration is not Law.acceleration
+    rates = [("rho_hat" + RATE, law.rho_hat_rate, view.rho_hat_rate)]
     for row, name in enumerate(law.memories()):
-        view.law_memory_rate[row] = _values(name + RATE, getattr(law, name + RATE)(r))
+        rates.append((name + RATE, getattr(law, name + RATE), view.law_memory_rate[row]))
+    if type(law).rho_hat_rate is Law.rho_hat_rate:
+        del rates[0]  # whoever calls has written 0
 
+    def evaluate() -> None:
+        found = force(r)
+        if found is None:
+            raise TypeError("force returned None; expected values, such as those of r.e")
+        tau[:] = found
+        if has_mass:
+            a = np.broadcast_to(acceleration(r), (n, p))
+            tau[:] += np.einsum("iab,ib->ia", view.model_mass.reshape(n, p, p), a)
+        for name, rate, written in rates:
+            found = rate(r)
+            if found is None:
+                raise TypeError(f"{name} returned None; expected values, such as those of r.e")
+            written[:] = found
 
-def _values(method: str, found: Any) -> Any:
-    """What a method returned, if it is values."""
-    if found is None or isinstance(found, str | bytes | tuple | list | dict):
-        raise TypeError(f"{method} returned {found!r:.80}; expected values, such as those of r.e")
-    return found
+    return evaluate

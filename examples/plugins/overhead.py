@@ -23,7 +23,8 @@ PLUGIN = f"{{law: leaky, {GAINS}, leak: 0}}"
 
 def plant(controller: str, robots: int, numpy: bool = False) -> Plant:
     """A plant of the storm with a controller."""
-    overrides = [f"controller={controller}", f"robots.count={robots}", "duration=1000", "mission.radius=20"]
+    overrides = [f"controller={controller}", f"robots.count={robots}", "mission.radius=20"]
+    overrides += ["duration=1000", "expect=[]"]
     scenario = api.load_scenario(HERE / "storm.yaml", overrides)
     law = type(scenario.controller)
     if numpy:

@@ -19,7 +19,7 @@ import numpy as np
 from escort_mj.components.component import Component, layout_of
 from escort_mj.components.views import LawView
 from escort_mj.errors import CompilerMissingError, PluginError
-from escort_mj.laws.evaluation import evaluate_arrays, evaluation_by, memory_by
+from escort_mj.laws.evaluation import array_evaluation, evaluation_by, memory_by
 from escort_mj.laws.law import Law
 from escort_mj.native import artifacts, cache
 from escort_mj.native.fields import Array
@@ -27,7 +27,6 @@ from escort_mj.native.kernels import DOUBLE, external, place, vector_at
 from escort_mj.native.lanes import WIDTH, store
 from escort_mj.native.memory import Layout, layout_with
 from escort_mj.native.on_demand import CLASSES
-from escort_mj.native.values import Arrays
 from escort_mj.plugin_calls import place_of, step
 
 MOST = 512  # functions of plugins that a process knows
@@ -182,9 +181,12 @@ def _called_back(model: type[Component], function: Callable[..., Any], layout: L
         if state in _failures:
             return RAISED
         try:
-            first = own not in _seen.get(state, ())
-            call = partial(_call_of(model, layout, own, plan, state), *robot)
-            returned = step(function, first, call)
+            known = _seen.get(state)
+            call = None if known is None else known.get(own)
+            first = call is None
+            if call is None:
+                call = _call_of(model, layout, own, plan, state)
+            returned = step(function, first, partial(call, *robot) if robot else call)
             if robot:
                 if returned not in ((-1, 0, 1) if model.answers else (None,)):
                     expected = model.answers or "nothing"
@@ -201,10 +203,7 @@ def _called_back(model: type[Component], function: Callable[..., Any], layout: L
 
 
 def _call_of(model: type[Component], layout: Layout, own: int, plan: int, state: int) -> Callable[..., Any]:
-    """What calls a component's method in a mission, made once; what is not to be written cannot be."""
-    seen = _seen.setdefault(state, {})
-    if own in seen:
-        return seen[own]
+    """Make what calls a component's method in a mission; what is not to be written cannot be."""
     parameters = model.unpacked(layout.read(layout.plan, own, own)._asdict())
     view = layout_with(model.view).read(model.view, plan, state)
     made = []
@@ -214,10 +213,10 @@ def _call_of(model: type[Component], layout: Layout, own: int, plan: int, state:
         made.append(value)
     view = type(view)(*made)
     if isinstance(parameters, Law):
-        found = partial(evaluate_arrays, parameters, Arrays(view, parameters.names()), view)
+        found = array_evaluation(parameters, view)
     else:
         found = partial(getattr(model, model.method), parameters, view)
-    seen[own] = found
+    _seen.setdefault(state, {})[own] = found
     return found
 
 
@@ -261,8 +260,7 @@ def _interpret(slot: Slot, own: int, plan: int, state: int, robot: int | None) -
     numbers = slot.layout.read(slot.layout.plan, own, own)
     view = layout_with(slot.model.view).read(slot.model.view, plan, state)
     if issubclass(slot.model, Law):
-        law = slot.model.unpacked(numbers._asdict())
-        evaluate_arrays(law, Arrays(view, law.names()), view)
+        array_evaluation(slot.model.unpacked(numbers._asdict()), view)()
     else:
         slot.function(numbers, view, *([] if slot.model.answers is None else [robot]))
 
