@@ -86,8 +86,10 @@ class Law(Component):
 
     @classmethod
     def names(cls) -> Names:
-        """Return by what names it reads values."""
-        return Names(NAMES, tuple((name, "law_memory", row) for row, name in enumerate(cls.memories())))
+        """Return by what names it reads values: those that it is given."""
+        given = {"bias": cls.needs_model, "v_d_rate": cls.differentiates}
+        fields = tuple(pair for pair in NAMES if given.get(pair[0], True))
+        return Names(fields, tuple((name, "law_memory", row) for row, name in enumerate(cls.memories())))
 
     @classmethod
     def equations(cls) -> dict[str, Callable[..., Any]]:

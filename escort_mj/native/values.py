@@ -8,7 +8,7 @@ Compiled, `r` is nothing but addresses, and reading a name is one load. Interpre
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from difflib import get_close_matches
 from functools import cache
 from typing import Any, NamedTuple
@@ -28,6 +28,11 @@ class Names(NamedTuple):
 
     fields: tuple[tuple[str, str], ...]
     rows: tuple[tuple[str, str, int], ...] = ()
+
+    @property
+    def known(self) -> tuple[str, ...]:
+        """All names."""
+        return (*(name for name, _ in self.fields), *(name for name, *_ in self.rows))
 
 
 readers: list[tuple[Callable[..., Any], Names]] = []
@@ -64,7 +69,7 @@ class Axes(Values):
         for known, field, row in self._names.rows:
             if known == name:
                 return self._read(getattr(self._view, field), row)
-        raise AttributeError(unknown(name, self._names))
+        raise AttributeError(unknown(name, self._names.known))
 
     def _read(self, value: Any, row: int | None) -> Any:
         if not isinstance(value, np.ndarray) or value.shape == (1,):
@@ -96,12 +101,12 @@ class Arrays(Values):
     def __getattr__(self, name: str) -> Any:
         if name in self._numbers:
             return float(self._numbers[name][0])
-        raise AttributeError(unknown(name, self._names))
+        raise AttributeError(unknown(name, self._names.known))
 
 
-def unknown(name: str, names: Names) -> str:
-    """Return what to say of a name that cannot be read."""
-    known = sorted([each[0] for each in names.fields] + [each[0] for each in names.rows])
+def unknown(name: str, names: Iterable[str]) -> str:
+    """Return what to say of a name that cannot be read, where only some names can."""
+    known = sorted(names)
     near = get_close_matches(name, known, 1)
     hint = f'; did you mean "{near[0]}"?' if near else ""
     return f'"{name}" is nothing that can be read here; expected one of {", ".join(known)}{hint}'

@@ -14,6 +14,7 @@ import llvmlite.binding as llvm
 from numba import config, njit, types
 from numba.core import cgutils, codegen
 from numba.core.compiler_lock import global_compiler_lock
+from numba.core.errors import TypingError
 from numba.core.registry import cpu_target
 from numba.core.runtime import rtsys
 from numba.core.typing.templates import (
@@ -50,6 +51,7 @@ __all__ = [
     "AttributeTemplate",
     "CallableTemplate",
     "ConcreteTemplate",
+    "TypingError",
     "cgutils",
     "cpu_target",
     "global_compiler_lock",

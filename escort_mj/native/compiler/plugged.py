@@ -96,6 +96,17 @@ def give_names() -> None:
     prepare_arrays()
 
 
+# What numba says of equations between values, and what that means.
+_NO_FUNCTION = r"No implementation of function Function\(<"
+_SAID = {
+    _NO_FUNCTION + r"class 'bool'": "if, and, or and not take numbers, no values of all axes; use np.where",
+    _NO_FUNCTION + r"built-in function getitem": "what is read has no such index",
+    _NO_FUNCTION
+    + r"(?:built-in )?\w+ '?(\w+)": "there is no {} of what it is given; docs/plugins.md lists what there is",
+    r"No definition for lowering .*\.(\w+) = ": "{} cannot be written",
+}
+
+
 def _place(function: Any) -> str:
     return f"{function.__code__.co_filename}:{function.__code__.co_firstlineno}"
 
@@ -110,4 +121,12 @@ def _why(error: Exception, function: Any, called: str) -> str:
     if "IMPORT_NAME" in text:
         said = ["it cannot import; import at the top of the file"]
     place = f"{function.__code__.co_filename}:{lines[-1]}" if lines else _place(function)
-    return f"{place}: numba cannot compile {called}: {said[0] if said else type(error).__name__}"
+    return f"{place}: numba cannot compile {called}: {_plain(said[0]) if said else type(error).__name__}"
+
+
+def _plain(said: str) -> str:
+    """Say in words of equations what numba says in its own."""
+    for sign, words in _SAID.items():
+        if found := re.match(sign, said):
+            return words.format(*found.groups())
+    return said

@@ -9,6 +9,7 @@ from escort_mj.native.compiler.lanes import lanes, load_at, pick_at
 from escort_mj.native.compiler.machine import instructions_of
 from escort_mj.native.compiler.numba_parts import (
     AttributeTemplate,
+    TypingError,
     infer_getattr,
     lower_getattr_generic,
     make_array,
@@ -17,7 +18,7 @@ from escort_mj.native.compiler.numba_parts import (
     types,
 )
 from escort_mj.native.compiler.views import ViewType, read_field, type_of_field
-from escort_mj.native.values import Names
+from escort_mj.native.values import Names, unknown
 
 
 class AxesType(types.Type):
@@ -58,9 +59,9 @@ def teach_axes(function: Any, names: Names) -> None:
 class _Attributes(AttributeTemplate):
     key = AxesType
 
-    def generic_resolve(self, axes: AxesType, name: str) -> types.Type | None:
+    def generic_resolve(self, axes: AxesType, name: str) -> types.Type:
         if name not in axes.fields:
-            return None
+            raise TypingError(unknown(name, axes.fields))
         kind = type_of_field(axes.view, axes.fields[name])
         if not isinstance(kind, types.Array):
             return kind

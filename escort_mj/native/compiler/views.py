@@ -13,6 +13,7 @@ from escort_mj.native.compiler.machine import instructions_of
 from escort_mj.native.compiler.numba_parts import (
     AttributeTemplate,
     CallableTemplate,
+    TypingError,
     infer_getattr,
     infer_global,
     lower_builtin,
@@ -26,6 +27,7 @@ from escort_mj.native.compiler.numba_parts import (
 from escort_mj.native.fields import Extent
 from escort_mj.native.kernels import DOUBLE
 from escort_mj.native.memory import AXES, Field, Layout
+from escort_mj.native.values import unknown
 
 _LAYOUTS: dict[str, tuple[Layout, type]] = {}
 _KINDS = {float: types.float64, int: types.intp, bool: types.boolean}
@@ -114,8 +116,10 @@ def _view_addresses(context: Any, view: Any) -> Any:
 class _Attributes(AttributeTemplate):
     key = ViewType
 
-    def generic_resolve(self, view: ViewType, name: str) -> types.Type | None:
-        return type_of_field(view, name) if name in view.fields else None
+    def generic_resolve(self, view: ViewType, name: str) -> types.Type:
+        if name not in view.fields:
+            raise TypingError(unknown(name, view.fields))
+        return type_of_field(view, name)
 
 
 def type_of_field(view: ViewType, name: str) -> types.Type:

@@ -16,7 +16,7 @@ from escort_mj.errors import PluginError
 from escort_mj.estimators import Estimator
 from escort_mj.expectations.expectation import Expectation
 from escort_mj.knowledge.sight import MEASURES
-from escort_mj.laws.law import RATE, Law
+from escort_mj.laws.law import NAMES, RATE, Law
 from escort_mj.metrics.metric import Metric
 from escort_mj.policies import Policy
 from escort_mj.robots import RobotKind
@@ -30,6 +30,7 @@ COMPONENTS: dict[type[Component], tuple[str, list[str]]] = {
     Estimator: ("estimator", ["self", "view", "robot"]),
 }
 """Key of the name, and what the method is called with."""
+KNOWN = {name for name, _ in NAMES}
 
 
 def check_shape(model: type[Any], source: str) -> None:
@@ -139,9 +140,23 @@ def _check_law(model: type[Law], place: str) -> None:
     if "memories" in vars(model):
         words = 'd_hat: ClassVar[Memory] = Memory("N", "disturbance"), and d_hat_rate(self, r)'
         raise PluginError(f"{place}: found memories; expected one line for each, such as {words}")
-    for name in ("force", *(memory + RATE for memory in model.memories())):
-        if getattr(model, name, Law.force) is Law.force:
-            raise PluginError(f"{place}: has no {name}(self, r){did_you_mean(name, own)}")
+    if model.force is Law.force:
+        raise PluginError(f"{place}: has no force(self, r){did_you_mean('force', own)}")
+    for memory in model.memories():
+        if not hasattr(model, name := memory + RATE):
+            words = f"{memory}{_line_of(model, memory)} has no {name}(self, r)"
+            raise PluginError(f"{place}: {words}{did_you_mean(name, own)}")
+    integrated = ["rho_hat" + RATE, *(memory + RATE for memory in model.memories())]
+    for name in own:
+        if name.endswith(RATE) and name not in integrated:
+            memory = f'{name.removesuffix(RATE)}: ClassVar[Memory] = Memory("unit", "meaning")'
+            words = f"nothing integrates {name}{_line(vars(model)[name])}; expected the line  {memory}"
+            raise PluginError(f"{place}: {words}{did_you_mean(name, integrated)}")
+    if taken := [name for name in model.memories() if name in KNOWN]:
+        raise PluginError(f"{place}: {taken[0]} is a value that laws read; choose another name")
+    if "acceleration" in model.equations() and not model.needs_model:
+        words = "the line  needs_model: ClassVar[bool] = True"
+        raise PluginError(f"{place}: found acceleration{_line(model.acceleration)}; expected {words}")
     for function in model.equations().values():
         _check_signature(function, ["self", "r"], place)
 
@@ -163,7 +178,7 @@ def _check_old(model: type[Component], place: str) -> None:
     for name in (f"{model.method}_kernel", f"{model.method}_lanes"):
         if name in vars(model):
             words = f"{wanted} with the line  compiled: ClassVar[bool] = True"
-            raise PluginError(f"{place}: found {name}; expected {words}")
+            raise PluginError(f"{place}: found {name}{_line(vars(model)[name])}; expected {words}")
     if isinstance(vars(model).get(model.method), Compiled):
         words = "the line  compiled: ClassVar[bool] = True"
         raise PluginError(f"{place}: found @njit on {model.method}; expected {words}")
@@ -173,14 +188,29 @@ def _called(model: type[Component]) -> tuple[str, list[str]]:
     return next(called for base, called in COMPONENTS.items() if issubclass(model, base))
 
 
+def _line(function: Any) -> str:
+    """Say where a function stands, if it says so itself."""
+    code = getattr(getattr(function, "py_func", function), "__code__", None)
+    return f" (line {code.co_firstlineno})" if code else ""
+
+
+def _line_of(model: type[Any], name: str) -> str:
+    """Say where a class gives a name a value, if its source can be read."""
+    try:
+        lines, first = inspect.getsourcelines(model)
+    except (OSError, TypeError):
+        return ""
+    found = (first + k for k, line in enumerate(lines) if re.match(rf"\s+{name}\s*[:=]", line))
+    return next((f" (line {line})" for line in found), "")
+
+
 def _check_signature(function: Callable[..., Any], wanted: list[str], place: str) -> None:
     """A function takes as many arguments as it is called with."""
-    line = function.__code__.co_firstlineno if hasattr(function, "__code__") else 0
     try:
         inspect.signature(function).bind(*wanted)
     except TypeError:
         taken = ", ".join(inspect.signature(function).parameters)
         raise PluginError(
-            f"{place}.{function.__name__} (line {line}): takes ({taken}); it is called with "
+            f"{place}.{function.__name__}{_line(function)}: takes ({taken}); it is called with "
             f"({', '.join(wanted)})"
         ) from None

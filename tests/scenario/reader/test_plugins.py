@@ -1,6 +1,7 @@
 """Plugins in scenarios: found, loaded, checked, and what messages say of wrong ones."""
 
 import pickle
+import re
 
 import pytest
 
@@ -192,6 +193,51 @@ class TestWrongPlugins:
             PluginError, match=rf"own_law.py:{line}: numba cannot compile the law Pid: .*sigma"
         ):
             ready(type(law), 2)
+
+    @pytest.mark.parametrize(
+        ("written", "said"),
+        [
+            ("r.rho_hatt", '"rho_hatt" is nothing that can be read here; .*; did you mean "rho_hat"?'),
+            ("self.integral_gian * r.e", '"integral_gian" is nothing .*; did you mean "integral_gain"?'),
+            ("r.bias", '"bias" is nothing that can be read here; expected one of e, '),
+            ("np.exp(r.e)", "there is no exp of what it is given"),
+            ("np.linalg.norm(r.e)", "there is no norm of what it is given"),
+            ("(r.e if r.e > 0.0 else r.s)", "if, and, or and not take numbers"),
+        ],
+    )
+    def test_what_cannot_be_compiled_is_told_in_words_of_equations(self, folder, written, said):
+        whole = LAW.replace("from pydantic", "import numpy as np\nfrom pydantic", 1) + COMPILED
+        broken = whole.replace("r.rho_hat +", f"{written} +", 1)
+        assert broken != whole
+        (folder / "own_law.py").write_text(broken)
+        law = load_file(folder / "own.yaml").controller
+        from escort_mj.control.custom.native import ready
+
+        line = 1 + broken[: broken.index(written)].count("\n")
+        with pytest.raises(
+            PluginError, match=rf"own_law.py:{line}: numba cannot compile the law Pid: {said}"
+        ):
+            ready(type(law), 2)
+
+    @pytest.mark.parametrize(
+        ("more", "said"),
+        [
+            ('    z: ClassVar[Memory] = Memory("N", "own")\n', r"z \(line \d+\) has no z_rate\(self, r\)"),
+            ("    def z_rate(self, r):\n        return 0.0\n", r"nothing integrates z_rate \(line \d+\)"),
+            ("    def force_kernel(self, r):\n        pass\n", r"found force_kernel \(line \d+\); expected"),
+            (
+                "    def acceleration(self, r):\n        return r.e\n",
+                r"acceleration \(line \d+\); .*needs_model",
+            ),
+            (
+                '    s: ClassVar[Memory] = Memory("N", "own")\n    def s_rate(s, r):\n        return r.s\n',
+                "s is a value that laws read",
+            ),
+        ],
+    )
+    def test_equations_that_do_not_belong_together(self, folder, more, said):
+        law = LAW.replace("import Law", "import Law, Memory", 1) + "\n" + more
+        assert re.search(said, fault(folder, law=law))
 
     def test_an_import_in_a_kernel(self, folder):
         importing = (
