@@ -173,7 +173,10 @@ def _check_method(model: type[Component], place: str) -> None:
 
 
 def _check_old(model: type[Component], place: str) -> None:
-    """It is not written as components once were."""
+    """It is not written as components once were, and leaves alone what says how it is called."""
+    for name in ("method", "view", "outputs", "scratch", "answers", "gives", "digest"):
+        if name in vars(model):
+            raise PluginError(f"{place}: found {name} = {vars(model)[name]!r:.80}; it is not to be set")
     wanted = f"{model.method}({', '.join(_called(model)[1])})"
     for name in (f"{model.method}_kernel", f"{model.method}_lanes"):
         if name in vars(model):

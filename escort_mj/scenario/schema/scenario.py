@@ -118,7 +118,7 @@ class Mission(Parameters):
     target_feedforward: bool = True
     """Whether the target's measured velocity is added to the velocities of the escort behaviors (not in the
     paper)."""
-    max_speed: PositiveFloat | None = None
+    max_speed: Annotated[float, Field(gt=0.0, le=1e6)] | None = None
     """Largest reference speed [m/s], allocated to the behaviors by priority; null: no limit (the paper)."""
 
 

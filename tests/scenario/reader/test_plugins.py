@@ -128,6 +128,7 @@ class TestWrongPlugins:
             (('["pid"] = "pid"', '["Pid!"] = "Pid!"'), "found the name 'Pid!'"),
             (('["pid"] = "pid"', '["asmc"] = "asmc"'), "the law asmc is there already, in escort_mj itself"),
             (("class Pid(Law)", "class Pid(Values)"), "brings nothing: no class derives from"),
+            (("    law: L", "    method: ClassVar[str] = 'x'\n    law: L"), "found method = 'x'; it is not"),
             (("float = 1e9", "list[float] = []"), "fails_at: found list[float]; a parameter of a law"),
             (("fails_at: float = 1e9", "fails_at: float"), "the parameter fails_at has no default"),
             (("from pydantic", "from pidan"), "own_law.py:6: ModuleNotFoundError: No module named 'pidan'"),
