@@ -164,3 +164,22 @@ def test_a_law_that_returns_nothing_is_told(compiled, folder):
     run = api.run(api.load_scenario(folder / "own.yaml", ["controller=mute"], [str(folder / "mute.py")]))
     assert run.outcome is Outcome.FAILED
     assert re.search(r"mute.py:\d+: TypeError: force returned None; expected values", run.message)
+
+
+@pytest.mark.parametrize(
+    ("line", "words"),
+    [
+        ("return 1j * r.e", "UFuncTypeError|TypeError: Cannot cast"),
+        (
+            "r.tau = r.e\n        return r.e",
+            "AttributeError: tau cannot be set: equations return their values",
+        ),
+    ],
+    ids=["complex", "set"],
+)
+def test_what_a_law_may_not_do_with_values_is_told(compiled, folder, line, words):
+    text = LAW.replace('"pid"', '"odd"').replace("return r.rho_hat", f"{line}\n        return r.rho_hat")
+    (folder / "odd.py").write_text(f"# {words}\n{text}")
+    run = api.run(api.load_scenario(folder / "own.yaml", ["controller=odd"], [str(folder / "odd.py")]))
+    assert run.outcome is Outcome.FAILED
+    assert re.search(rf"odd.py:\d+: ({words})", run.message)

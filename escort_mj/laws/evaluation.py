@@ -91,7 +91,7 @@ def array_evaluation(law: Law, view: LawView) -> Callable[[], None]:
         found = force(r)
         if found is None:
             raise TypeError("force returned None; expected values, such as those of r.e")
-        tau[:] = found
+        np.copyto(tau, found)  # complex numbers are an error, which an assignment would take
         if has_mass:
             a = np.broadcast_to(acceleration(r), (n, p))
             tau[:] += np.einsum("iab,ib->ia", view.model_mass.reshape(n, p, p), a)
@@ -99,6 +99,6 @@ def array_evaluation(law: Law, view: LawView) -> Callable[[], None]:
             found = rate(r)
             if found is None:
                 raise TypeError(f"{name} returned None; expected values, such as those of r.e")
-            written[:] = found
+            np.copyto(written, found)
 
     return evaluate

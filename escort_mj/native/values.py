@@ -87,16 +87,18 @@ class Arrays(Values):
     """
 
     def __init__(self, view: Any, names: Names) -> None:
-        self._numbers: dict[str, Any] = {}
-        self._names = names
+        self.__dict__.update(_numbers={}, _names=names)
         for name, field in names.fields:
             value = getattr(view, field)
             if np.shape(value) == (1,):
                 self._numbers[name] = value
             else:
-                setattr(self, name, value)
+                self.__dict__[name] = value
         for name, field, row in names.rows:
-            setattr(self, name, getattr(view, field)[row])
+            self.__dict__[name] = getattr(view, field)[row]
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        raise AttributeError(f"{name} cannot be set: equations return their values")
 
     def __getattr__(self, name: str) -> Any:
         if name in self._numbers:
