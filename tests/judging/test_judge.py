@@ -426,7 +426,7 @@ def resting(folder: Path, rows: list[str] | None = None, columns: str = COLUMNS)
 
 
 @pytest.mark.parametrize("case", UNSEEN)
-@pytest.mark.filterwarnings("error")
+@pytest.mark.filterwarnings("error::RuntimeWarning")
 def test_what_nobody_logged_is_not_judged(compiled: None, tmp_path: Path, case: str) -> None:
     keys, metrics, body = UNSEEN[case]
     expected = [f"{{metric: {one}}}" for one in metrics] + ["{contacts: none}"] * bool(body)
