@@ -15,7 +15,7 @@ from escort_mj.laws import LAWS, ApdSmc, Law
 from escort_mj.laws.evaluation import evaluation_by, memory_by
 from escort_mj.laws.law import law_view
 from escort_mj.native.fields import Array, Fields, Value
-from escort_mj.native.kernels import DOUBLE, data_address, inlined, reachable, view_addresses
+from escort_mj.native.kernels import DOUBLE, data_address, inlined, inlined_once, reachable, view_addresses
 from escort_mj.native.lanes import WIDTH, Lanes, copy_lanes, load, store, where
 from escort_mj.native.on_demand import on_demand
 
@@ -140,13 +140,10 @@ def _demand(anti_windup: bool, plan: Plan, state: State, at: int, tau: Lanes, ra
     store(state.q_d_rate, at, velocity)
 
 
-_inlined_once = cache(inlined)  # laws share what they inherit
-
-
 @cache
 def _loop_of(law: type[Law]) -> Callable[..., Any]:
     """Return the kernel that has a law demand the forces of all robots, with its numbers from a place on."""
-    equations = {name: _inlined_once(equation) for name, equation in law.equations().items()}
+    equations = {name: inlined_once(equation) for name, equation in law.equations().items()}
     evaluate, write_memory = (by(law, inlined, equations) for by in (evaluation_by, memory_by))
     read = reader(law)
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import cache
 from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
@@ -21,7 +20,7 @@ from escort_mj.knowledge.links import NOBODY
 from escort_mj.knowledge.messages import NEVER, begin_radio, send
 from escort_mj.knowledge.sight import sight_target
 from escort_mj.native.fields import Fields, Value
-from escort_mj.native.kernels import inlined, reachable, view_addresses
+from escort_mj.native.kernels import inlined, inlined_once, reachable, view_addresses
 from escort_mj.native.lanes import WIDTH, everywhere, load, load_rows, row_of, set_row, stack_rows, store_rows
 from escort_mj.native.on_demand import on_demand
 from escort_mj.numerics.gaussian import START, normals
@@ -206,12 +205,9 @@ def _note(plan: Plan, state: State) -> None:
             state.heard_from[i, s] = state.link_from[i, s] + 1.0 if known else 0.0
 
 
-_inlined_once = cache(inlined)  # estimators share what they inherit
-
-
 def _kernel_of(estimator: type[Estimator]) -> Callable[..., Any]:
     """Return a kernel that lets an estimator that ships change the belief of a robot."""
-    update, read = _inlined_once(estimator.update), reader(estimator)
+    update, read = inlined_once(estimator.update), reader(estimator)
 
     def change(i: int, plan: Plan, state: State) -> None:
         plan_at, state_at = view_addresses(state)

@@ -81,11 +81,11 @@ def array_evaluation(law: Law, view: LawView) -> Callable[[], None]:
     r, tau, n, p = Arrays(view, law.names()), view.tau, *view.e.shape
     force, acceleration = law.force, law.acceleration
     has_mass = type(law).acceleration is not Law.acceleration
-    rates = [("rho_hat" + RATE, law.rho_hat_rate, view.rho_hat_rate)]
+    rates = []
+    if type(law).rho_hat_rate is not Law.rho_hat_rate:  # else whoever calls has written 0
+        rates.append(("rho_hat" + RATE, law.rho_hat_rate, view.rho_hat_rate))
     for row, name in enumerate(law.memories()):
         rates.append((name + RATE, getattr(law, name + RATE), view.law_memory_rate[row]))
-    if type(law).rho_hat_rate is Law.rho_hat_rate:
-        del rates[0]  # whoever calls has written 0
 
     def evaluate() -> None:
         found = force(r)

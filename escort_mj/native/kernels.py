@@ -10,7 +10,7 @@ from __future__ import annotations
 import ctypes
 import sys
 from collections.abc import Callable
-from functools import wraps
+from functools import cache, wraps
 from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
@@ -56,6 +56,12 @@ def inlined(function: F) -> F:
     """For functions that LLVM is to merge into the kernels that call them."""
     declared.append(("inlined", function))
     return function
+
+
+@cache
+def inlined_once(function: Any) -> Any:
+    """Like `inlined`, for what several components inherit."""
+    return inlined(function)
 
 
 def merged(function: F) -> F:
