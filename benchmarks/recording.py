@@ -17,8 +17,8 @@ from benchmarks.loop import UNTIL_FAR, WARM_UP
 from benchmarks.paired import alternate, effort, paired
 from escort_mj.api import load_scenario
 from escort_mj.mission import BLOCK
-from escort_mj.record.episodes import NONE
 from escort_mj.record.journal import Journal
+from escort_mj.record.recording import NONE
 from escort_mj.signals import record_size
 from escort_mj.world.callback import native_loop
 from escort_mj.world.model.build import build

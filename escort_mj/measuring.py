@@ -8,13 +8,12 @@ from typing import TYPE_CHECKING, Any
 
 from escort_mj.metrics import METRICS
 from escort_mj.metrics.metric import Measure, Metric
-from escort_mj.record.recording import sealed
+from escort_mj.record.recording import Recorded, sealed
 from escort_mj.record.team import of_team, team_names
 from escort_mj.record.window import OVERS, Span, rate_of
 
 if TYPE_CHECKING:
     from escort_mj.record.outcome import Outcome
-    from escort_mj.record.recording import Recorded
 
 EMPTY = "the run has no sample in the window"
 DEAR = "takes long with so many robots and samples; measured where an expectation names it"

@@ -5,8 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from escort_mj.record.episodes import COLUMNS, NONE
-from escort_mj.record.recording import Recording, Variable, record
+from escort_mj.record.recording import NONE, Recording, Variable, record
+from escort_mj.signals import EPISODE as COLUMNS
 from escort_mj.signals import SIGNALS, channel_sizes, truth_sizes
 
 

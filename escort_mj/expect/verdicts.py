@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -16,13 +15,10 @@ from escort_mj.metrics.reading import robots
 from escort_mj.numerics.steps import first_step, last_step
 from escort_mj.plugin_calls import calling, is_plugins
 from escort_mj.record.outcome import Outcome
-from escort_mj.record.recording import LOG_OF, ends_early, gaps_of, lent
+from escort_mj.record.recording import LOG_OF, Recorded, ends_early, gaps_of, lent
 from escort_mj.record.tables import aligned
 from escort_mj.record.team import team_names
 from escort_mj.record.window import end_of, window
-
-if TYPE_CHECKING:
-    from escort_mj.record.recording import Recorded
 
 MOST_GAPS = 3  # that a verdict lists
 

@@ -16,12 +16,11 @@ from escort_mj.expectations.touches import least_clearance, require_sides, touch
 from escort_mj.metrics.contacts import FORCELESS, contacts_untold
 from escort_mj.metrics.metric import Measure
 from escort_mj.record.episodes import by_geometry, pair
-from escort_mj.record.recording import is_log
+from escort_mj.record.recording import Recorded, is_log
 from escort_mj.record.window import window
 
 if TYPE_CHECKING:
     from escort_mj.record.outcome import Outcome
-    from escort_mj.record.recording import Recorded
 
 QUANTITIES = {
     "at_most": ("", ""),

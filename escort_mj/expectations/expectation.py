@@ -11,13 +11,12 @@ from escort_mj.components.parameters import TEXT, Parameters
 from escort_mj.measuring import EMPTY
 from escort_mj.metrics.metric import names, number, text
 from escort_mj.metrics.watching import Watch
-from escort_mj.record.recording import sealed
+from escort_mj.record.recording import Recorded, sealed
 from escort_mj.record.team import of_team
 from escort_mj.record.window import end_of, when, window
 
 if TYPE_CHECKING:
     from escort_mj.record.outcome import Outcome
-    from escort_mj.record.recording import Recorded
 
 Sides = tuple[str, str]
 Fault = tuple[tuple[str, ...], str]

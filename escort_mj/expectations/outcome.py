@@ -6,11 +6,10 @@ from typing import TYPE_CHECKING, Literal
 
 from escort_mj.expectations.expectation import Expectation, Judgment, not_judged
 from escort_mj.record.outcome import FINAL
-from escort_mj.record.recording import LOG_OF, ends_early, is_log
+from escort_mj.record.recording import LOG_OF, Recorded, ends_early, is_log
 
 if TYPE_CHECKING:
     from escort_mj.record.outcome import Outcome
-    from escort_mj.record.recording import Recorded
 
 
 class OutcomeExpectation(Expectation):

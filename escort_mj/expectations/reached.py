@@ -12,11 +12,11 @@ from escort_mj.expectations.expectation import Deadline, Judgment, nothing_found
 from escort_mj.measuring import EMPTY
 from escort_mj.metrics.arrival import NO_GOALS, WAY_LEFT
 from escort_mj.metrics.watching import Fold, Watch, last_of, worst_of
+from escort_mj.record.recording import Recorded
 from escort_mj.record.window import window
 
 if TYPE_CHECKING:
     from escort_mj.record.outcome import Outcome
-    from escort_mj.record.recording import Recorded
 
 
 FARTHEST = Watch(WAY_LEFT, Fold.LARGEST)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated, Any, Literal, get_args
+from typing import Annotated, Any, Literal, get_args
 
 import numpy as np
 from pydantic import BeforeValidator, Field
@@ -15,11 +15,8 @@ from escort_mj.measuring import EMPTY
 from escort_mj.metrics.metric import Bodies
 from escort_mj.metrics.simulation import fastest_points, tunneling
 from escort_mj.record.outcome import Outcome
-from escort_mj.record.recording import is_log
+from escort_mj.record.recording import Recorded, is_log
 from escort_mj.record.window import window
-
-if TYPE_CHECKING:
-    from escort_mj.record.recording import Recorded
 
 MAY_BE_INFINITE = ("clearance", "target_clearance", "lidar_range", "watch_value")  # where nothing is near
 

@@ -11,11 +11,11 @@ from escort_mj.expectations.expectation import Deadline, Judgment, OfTeam
 from escort_mj.measuring import measure
 from escort_mj.metrics.radius_error import LARGEST, RADIUS_ERROR
 from escort_mj.metrics.watching import Fold, Watch, last_of
+from escort_mj.record.recording import Recorded
 from escort_mj.record.window import window
 
 if TYPE_CHECKING:
     from escort_mj.record.outcome import Outcome
-    from escort_mj.record.recording import Recorded
 
 
 class SettledExpectation(OfTeam, Deadline):

@@ -7,7 +7,6 @@ that it reaches into: with all of its force, impulse and depth, and with its tim
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,10 +15,7 @@ from escort_mj.metrics.metric import Measure
 from escort_mj.metrics.reading import manner_of
 from escort_mj.metrics.watching import Course, Fold, Watch, nothing, simple
 from escort_mj.record.episodes import during, moving_as, without_forces
-from escort_mj.record.recording import require_places
-
-if TYPE_CHECKING:
-    from escort_mj.record.recording import Recorded
+from escort_mj.record.recording import Recorded, require_places
 
 Flags = NDArray[np.bool_]
 Sides = tuple[str, str]

@@ -5,18 +5,13 @@ A robot whose motors have failed still has its goal: it is there where it stands
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.metrics.metric import Measure, metric
 from escort_mj.metrics.reading import name_robots, robots
 from escort_mj.metrics.watching import Course, Fold, Watch, last_of, nothing, simple, worst_of
-from escort_mj.record.recording import lacks
-
-if TYPE_CHECKING:
-    from escort_mj.record.recording import Recorded
+from escort_mj.record.recording import Recorded, lacks
 
 NO_GOALS = "robots have no goals"
 SIGNALS = ("q", "goal", "goals_left")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,10 +11,7 @@ from escort_mj.metrics.metric import Measure, metric
 from escort_mj.metrics.reading import NO_TARGET, escorts
 from escort_mj.monitor.signals import ROBOTS, TARGET
 from escort_mj.record.episodes import BODIES, pair
-from escort_mj.record.recording import require_places
-
-if TYPE_CHECKING:
-    from escort_mj.record.recording import Recorded
+from escort_mj.record.recording import Recorded, require_places
 
 
 @metric(unit="s", watched=False, every_step=True, moment=True)

@@ -19,7 +19,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from functools import cache
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,10 +31,7 @@ from escort_mj.metrics.metric import Bodies, Measure, metric
 from escort_mj.metrics.reading import escorts, radii_of, safe_gap
 from escort_mj.monitor.signals import OBSTACLES, ROBOTS
 from escort_mj.record.episodes import pair
-from escort_mj.record.recording import require_places
-
-if TYPE_CHECKING:
-    from escort_mj.record.recording import Recorded
+from escort_mj.record.recording import Recorded, require_places
 
 Array = NDArray[np.float64]
 

@@ -2,16 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from escort_mj.metrics.metric import Measure, metric
 from escort_mj.record.episodes import apart_from, by_geometry, during, pair
-from escort_mj.record.recording import require_places
-
-if TYPE_CHECKING:
-    from escort_mj.record.recording import Recorded
+from escort_mj.record.recording import Recorded, require_places
 
 FORCELESS = "touches were found by geometry, which knows no force"
 

@@ -4,17 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from escort_mj.metrics.metric import Bodies, Measure, metric
 from escort_mj.metrics.reading import ALONE, manner_of, name_robots, robot
 from escort_mj.metrics.watching import Course, Fold, Watch, nothing, simple, to_the_step, worst_of
-from escort_mj.record.recording import require_places
-
-if TYPE_CHECKING:
-    from escort_mj.record.recording import Recorded
+from escort_mj.record.recording import Recorded, require_places
 
 UNOBSTRUCTED = "there are no obstacles"
 

@@ -3,16 +3,12 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from escort_mj.metrics.metric import Measure, metric
 from escort_mj.metrics.reading import NO_OPPONENTS, NO_TARGET, SHORT, escorts, gained, rate
-from escort_mj.record.recording import lacks
-
-if TYPE_CHECKING:
-    from escort_mj.record.recording import Recorded
+from escort_mj.record.recording import Recorded, lacks
 
 
 @metric(unit="N", watched=False, rank=90, every_step=True)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,9 +11,7 @@ from escort_mj.metrics.largest_gap import beside_gap, name_pair
 from escort_mj.metrics.metric import Measure, metric
 from escort_mj.metrics.reading import ALL_LOST, NO_TARGET, escorts, lost
 from escort_mj.metrics.watching import Course, Fold, Starts, Watch, last_of
-
-if TYPE_CHECKING:
-    from escort_mj.record.recording import Recorded
+from escort_mj.record.recording import Recorded
 
 
 def _inside(team: Array) -> Array:

@@ -16,7 +16,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from itertools import combinations, pairwise
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,9 +23,7 @@ from numpy.typing import NDArray
 from escort_mj.metrics.metric import Measure, metric
 from escort_mj.metrics.reading import ALL_LOST, NO_TARGET, escorts, lost, stretches
 from escort_mj.metrics.watching import Course, Fold, Starts, Watch, nothing, worst_of
-
-if TYPE_CHECKING:
-    from escort_mj.record.recording import Recorded
+from escort_mj.record.recording import Recorded
 
 Array = NDArray[np.float64]
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,10 +12,7 @@ from numpy.typing import NDArray
 from escort_mj.metrics.metric import Measure, metric
 from escort_mj.metrics.reading import ALL_LOST, NO_TARGET, escorts, lost, name_robots
 from escort_mj.metrics.watching import Course, Fold, Watch, mean_of, nothing, simple, watched, worst_of
-from escort_mj.record.recording import lacks
-
-if TYPE_CHECKING:
-    from escort_mj.record.recording import Recorded
+from escort_mj.record.recording import Recorded, lacks
 
 Array = NDArray[np.float64]
 

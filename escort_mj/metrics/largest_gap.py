@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,9 +17,7 @@ from escort_mj.metrics.hull_margin import SIGNALS, least_margin, margins, of_tea
 from escort_mj.metrics.metric import Bodies, Measure, metric
 from escort_mj.metrics.reading import ALL_LOST, NO_TARGET, escorts, lost, robots
 from escort_mj.metrics.watching import Course, Fold, Starts, Watch, worst_of
-
-if TYPE_CHECKING:
-    from escort_mj.record.recording import Recorded
+from escort_mj.record.recording import Recorded
 
 Array = NDArray[np.float64]
 

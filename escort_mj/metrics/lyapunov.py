@@ -2,17 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from escort_mj.metrics.metric import Measure, metric
 from escort_mj.metrics.reading import SHORT, UNTOLD, largest_of, lost, robot
 from escort_mj.monitor.signals import CAUSES
-from escort_mj.record.recording import lacks
-
-if TYPE_CHECKING:
-    from escort_mj.record.recording import Recorded
+from escort_mj.record.recording import Recorded, lacks
 
 NO_LYAPUNOV = "the Lyapunov function belongs to the sliding-mode laws"
 

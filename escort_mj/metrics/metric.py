@@ -13,12 +13,11 @@ import numpy as np
 
 from escort_mj.errors import NotLoggedError, PluginCallError, UsageError
 from escort_mj.plugin_calls import calling, is_plugins
-from escort_mj.record.recording import lent, sealed
+from escort_mj.record.recording import Recorded, lent, sealed
 from escort_mj.record.window import OVERS, Over, Span
 
 if TYPE_CHECKING:
     from escort_mj.metrics.watching import Watch
-    from escort_mj.record.recording import Recorded
 
 F = TypeVar("F", bound=Callable[..., Any])
 _MARK = "__escort_mj_metric__"

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,10 +10,7 @@ from numpy.typing import NDArray
 from escort_mj.metrics.metric import Bodies, Measure, metric
 from escort_mj.metrics.reading import NO_OPPONENTS
 from escort_mj.metrics.watching import Course, Fold, Watch, nothing, simple, worst_of
-from escort_mj.record.recording import lacks
-
-if TYPE_CHECKING:
-    from escort_mj.record.recording import Recorded
+from escort_mj.record.recording import Recorded, lacks
 
 COMES, INTERCEPTED, REACHED = 1, 2, 3
 

@@ -2,13 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from escort_mj.metrics.metric import Measure, metric
 from escort_mj.metrics.reading import rate
-
-if TYPE_CHECKING:
-    from escort_mj.record.recording import Recorded
+from escort_mj.record.recording import Recorded
 
 
 @metric(unit="1/s", watched=False, rank=110, every_step=True)

@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from escort_mj.metrics.metric import Measure, metric
 from escort_mj.metrics.reading import ALL_LOST, NO_TARGET, escorts, lost, name_robots
 from escort_mj.metrics.watching import Course, Fold, Watch, last_of, mean_of, simple, worst_of
+from escort_mj.record.recording import Recorded
 from escort_mj.record.team import kept_radius
-
-if TYPE_CHECKING:
-    from escort_mj.record.recording import Recorded
 
 SETTLED = 0.05  # of the radius
 SIGNALS = ("q", "target_position", "lost", "kept_radius")

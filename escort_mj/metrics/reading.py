@@ -4,17 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
 from itertools import pairwise
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.metrics.metric import Bodies, Measure
 from escort_mj.monitor.signals import GEOMS, ROBOTS, TARGET
-from escort_mj.record.recording import known_time
-
-if TYPE_CHECKING:
-    from escort_mj.record.recording import Recorded
+from escort_mj.record.recording import Recorded, known_time
 
 Array = NDArray[np.float64]
 

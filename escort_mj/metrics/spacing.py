@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from escort_mj.metrics.metric import Bodies, Measure, metric
 from escort_mj.metrics.reading import lost
 from escort_mj.metrics.watching import Course, Fold, Watch, mean_of, simple, worst_of
+from escort_mj.record.recording import Recorded
 from escort_mj.record.team import kept_radius
-
-if TYPE_CHECKING:
-    from escort_mj.record.recording import Recorded
 
 SHAPELESS = "there is no formation, or not one for the whole run"
 BROKEN = "a robot was lost before, or another came: the others stand in another formation"

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,11 +20,8 @@ from escort_mj.metrics.reading import (
     safe_gap,
 )
 from escort_mj.monitor.signals import GROUPS
-from escort_mj.record.recording import NOT_SEEN, lacks
+from escort_mj.record.recording import NOT_SEEN, Recorded, lacks
 from escort_mj.record.team import kept_radius
-
-if TYPE_CHECKING:
-    from escort_mj.record.recording import Recorded
 
 STUCK_FOR = 5.0  # s
 NEARER = 0.25  # of a robot's radius: who comes nearer than that meanwhile is on the way

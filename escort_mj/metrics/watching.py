@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from enum import StrEnum
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,11 +19,8 @@ from numpy.typing import NDArray
 from escort_mj.errors import NotLoggedError
 from escort_mj.metrics.metric import Bodies, Measure
 from escort_mj.metrics.reading import mean, nobody
-from escort_mj.record.recording import not_logged
+from escort_mj.record.recording import Recorded, not_logged
 from escort_mj.signals import SIGNALS
-
-if TYPE_CHECKING:
-    from escort_mj.record.recording import Recorded
 
 Array = NDArray[np.float64]
 Starts = NDArray[np.intp]

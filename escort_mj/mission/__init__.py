@@ -18,9 +18,8 @@ from escort_mj.measuring import measures_of, summarize
 from escort_mj.metrics.metric import Measure
 from escort_mj.monitor.signals import START
 from escort_mj.native.on_demand import waited
-from escort_mj.record.episodes import NONE
 from escort_mj.record.outcome import Outcome
-from escort_mj.record.recording import Recording, Variable, record
+from escort_mj.record.recording import NONE, Recording, Variable, record
 from escort_mj.record.stored import ASSETS
 from escort_mj.scenario import dump_scenario
 from escort_mj.scenario.reader.catalog import catalog_of

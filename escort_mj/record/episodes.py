@@ -2,40 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
-
 import numpy as np
 from numpy.typing import NDArray
 
-from escort_mj.monitor.signals import FIRST, SECOND, START
 from escort_mj.numerics.steps import SLACK
-from escort_mj.signals import EPISODE as COLUMNS
-
-if TYPE_CHECKING:
-    from escort_mj.record.recording import Recorded
+from escort_mj.record.recording import Recorded
 
 Array = NDArray[np.float64]
 
 BODIES = ("episode_first", "episode_second")
-NONE: Array = np.zeros((0, len(COLUMNS)))
-"""No episode at all."""
-
-
-def episode_variables(episodes: Array) -> dict[str, Any]:
-    """Variables of a trace, dimension `episode`, by time of the first touch.
-
-    Args:
-        episodes: Shape (k, len(COLUMNS)), in any order.
-    """
-    order = np.lexsort((episodes[:, SECOND], episodes[:, FIRST], episodes[:, START]))
-    return {
-        column.name: (
-            "episode",
-            episodes[order, place].astype(column.dtype),
-            {"units": column.unit, "long_name": column.meaning},
-        )
-        for place, column in enumerate(COLUMNS)
-    }
 
 
 def during(trace: Recorded, start: float, end: float) -> Recorded:

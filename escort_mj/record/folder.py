@@ -13,18 +13,18 @@ from datetime import UTC, datetime
 from itertools import count
 from pathlib import Path
 from types import TracebackType
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj import stopping
 from escort_mj.errors import BrokenRunError, RunFolderError, UsageError, WriteError
-from escort_mj.record.episodes import NONE
 from escort_mj.record.files import TEMPORARY, write_json, write_model, write_text
 from escort_mj.record.journal import Journal
 from escort_mj.record.outcome import Outcome
 from escort_mj.record.process import alive, identify
+from escort_mj.record.recording import NONE, Recorded
 from escort_mj.record.stored import (
     CLIP,
     FIGURES,
@@ -49,9 +49,6 @@ from escort_mj.record.stored import (
 )
 from escort_mj.record.trace import save_trace
 from escort_mj.signals import record_size
-
-if TYPE_CHECKING:
-    from escort_mj.record.recording import Recorded
 
 __all__ = [
     "CLIP",

@@ -6,13 +6,13 @@ import math
 from collections.abc import Iterable, Iterator, Mapping
 from itertools import chain
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from escort_mj.errors import RunFolderError
 from escort_mj.monitor.signals import CAUSES, GROUPS
-from escort_mj.record.recording import not_logged
+from escort_mj.record.recording import Recorded, not_logged
 from escort_mj.signals import (
     DRIVES,
     EPISODE,
@@ -31,9 +31,6 @@ from escort_mj.signals import (
     TRUTH,
     WATCHES,
 )
-
-if TYPE_CHECKING:
-    from escort_mj.record.recording import Recorded
 
 NUMBER, TEXT = (int, float, np.integer, np.floating), (str,)
 ATTRIBUTES: dict[str, tuple[type, ...]] = {

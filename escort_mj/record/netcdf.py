@@ -6,16 +6,13 @@ import io
 import zlib
 from collections.abc import Hashable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import h5py
 import numpy as np
 from numpy.typing import NDArray
 
-from escort_mj.record.recording import Recording, Variable
-
-if TYPE_CHECKING:
-    from escort_mj.record.recording import Recorded
+from escort_mj.record.recording import Recorded, Recording, Variable
 
 COMPRESSED = {"compression": "gzip", "compression_opts": 1, "shuffle": True}
 SAMPLE, WORTH = 512, 0.5  # values that are tried; share of their bytes that is worth compressing

@@ -16,16 +16,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.errors import NotLoggedError
-from escort_mj.monitor.signals import CAUSES
-from escort_mj.record.episodes import NONE, episode_variables
-from escort_mj.signals import SIGNALS, TRUTH, axis_names, record_size
+from escort_mj.monitor.signals import CAUSES, FIRST, SECOND, START
+from escort_mj.signals import EPISODE, SIGNALS, TRUTH, axis_names, record_size
 
 if TYPE_CHECKING:
     import xarray
 
-    Recorded: TypeAlias = "xarray.Dataset | Recording"
-    Part = TypeVar("Part", bound="xarray.Dataset | Recording")
-
+Recorded: TypeAlias = "xarray.Dataset | Recording"
+"""What metrics, verdicts and figures read."""
+Part = TypeVar("Part", bound=Recorded)
 Array = NDArray[np.float64]
 
 LOG, NOT_LOGGED, GAPS = "log", "not_logged", "log_gaps"
@@ -34,6 +33,8 @@ and end of each of its gaps [s], one after another: it lacks positions there, so
 NOT_SEEN, LOG_END, LOG_OF = "bodies_not_logged", "log_end", "log_of"
 """Further ones: names of the moving bodies that it does not contain, how far it goes, and how long the
 scenario lasts [s]."""
+NONE: Array = np.zeros((0, len(EPISODE)))
+"""No episode at all."""
 CONVENTIONS = "CF-1.11"  # for names of attributes and units; names of signals are the project's own
 
 
@@ -422,3 +423,20 @@ def _coordinates(sizes: Mapping[str, int], labels: Mapping[str, Any]) -> dict[Ha
 def _said(unit: str, meaning: str) -> dict[str, str]:
     """Attributes of a variable."""
     return {"units": unit, "long_name": meaning}
+
+
+def episode_variables(episodes: Array) -> dict[str, Any]:
+    """Variables of a trace, dimension `episode`, by time of the first touch.
+
+    Args:
+        episodes: Shape (k, len(EPISODE)), in any order.
+    """
+    order = np.lexsort((episodes[:, SECOND], episodes[:, FIRST], episodes[:, START]))
+    return {
+        column.name: (
+            "episode",
+            episodes[order, place].astype(column.dtype),
+            {"units": column.unit, "long_name": column.meaning},
+        )
+        for place, column in enumerate(EPISODE)
+    }

@@ -16,13 +16,12 @@ from escort_mj.record.intact import check_metrics, check_outcome, check_trace, c
 from escort_mj.record.journal import journal_of, read_journal
 from escort_mj.record.outcome import Outcome
 from escort_mj.record.process import alive
-from escort_mj.record.recording import Recording, record
+from escort_mj.record.recording import Recorded, Recording, record
 from escort_mj.record.trace import load_recording, save_trace
 
 if TYPE_CHECKING:
     import xarray
 
-    from escort_mj.record.recording import Recorded
 
 MODEL, TRACE = "model.xml", "trace.nc"
 METRICS, VERDICTS, JOURNAL = "metrics.json", "verdicts.json", "journal"

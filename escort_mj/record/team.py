@@ -3,15 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from escort_mj.record.recording import NOT_LOGGED, Variable, not_logged, sealed
-
-if TYPE_CHECKING:
-    from escort_mj.record.recording import Recorded, Recording
+from escort_mj.record.recording import NOT_LOGGED, Recorded, Recording, Variable, not_logged, sealed
 
 
 def team_names(trace: Recorded) -> list[str]:

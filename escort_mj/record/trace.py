@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from escort_mj.errors import RunFolderError
 from escort_mj.record.files import write_bytes
-
-if TYPE_CHECKING:
-    from escort_mj.record.recording import Recorded, Recording
+from escort_mj.record.recording import Recorded, Recording
 
 
 def save_trace(trace: Recorded, path: Path) -> None:

@@ -5,15 +5,12 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple, cast, get_args
+from typing import Any, Literal, NamedTuple, cast, get_args
 
 import numpy as np
 
 from escort_mj.numerics.steps import SLACK
-from escort_mj.record.recording import gaps_of
-
-if TYPE_CHECKING:
-    from escort_mj.record.recording import Part, Recorded
+from escort_mj.record.recording import Part, Recorded, gaps_of
 
 Over = Literal["whole", "tail"]
 OVERS: tuple[Over, ...] = get_args(Over)

@@ -13,6 +13,7 @@ from mpl_toolkits.mplot3d.axes3d import Axes3D
 
 from escort_mj import palette
 from escort_mj.record.folder import read_run
+from escort_mj.record.recording import Recorded
 from escort_mj.report.figures import nearness, paths, timelines
 from escort_mj.report.figures.drawing.curves import log_ticks, running_rms
 from escort_mj.report.figures.drawing.style import FAILED, WIDTH, figure
@@ -23,7 +24,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from escort_mj.record.folder import StoredRun
-    from escort_mj.record.recording import Recorded
 
 VISIBLE = 0.03  # of what a figure spans: runs that stay closer to each other look alike
 LOUDER = 1.5  # times: tracking errors that differ by less look alike

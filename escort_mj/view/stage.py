@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj import palette
+from escort_mj.record.recording import Recorded
 from escort_mj.report.figures.losses import LOST
 from escort_mj.report.video.pen import circle
 from escort_mj.report.video.replay import Moment, Replay
@@ -18,7 +19,6 @@ from escort_mj.scenario.geometry.shapes import in_space, outward
 if TYPE_CHECKING:
     import viser
 
-    from escort_mj.record.recording import Recorded
 
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]

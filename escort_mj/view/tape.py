@@ -6,7 +6,7 @@ import math
 import time
 from collections.abc import Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING, Protocol
+from typing import Protocol
 
 import mujoco
 import numpy as np
@@ -18,7 +18,7 @@ from escort_mj.mission.stepped import SteppedMission
 from escort_mj.record.episodes import during
 from escort_mj.record.folder import MODEL, StoredRun, read_run
 from escort_mj.record.outcome import Outcome
-from escort_mj.record.recording import record, sealed
+from escort_mj.record.recording import Recorded, record, sealed
 from escort_mj.report.video.replay import Replay, replay_of
 from escort_mj.report.video.solids import load_model
 from escort_mj.scenario.geometry.bodies import obstacle_names
@@ -26,9 +26,6 @@ from escort_mj.scenario.schema.scenario import Scenario
 from escort_mj.signals import TIME
 from escort_mj.world.labels import labels_of
 from escort_mj.world.stages import IN_SPACE
-
-if TYPE_CHECKING:
-    from escort_mj.record.recording import Recorded
 
 Array = NDArray[np.float64]
 

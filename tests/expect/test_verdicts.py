@@ -13,9 +13,9 @@ from escort_mj.expectations.clearance import ClearanceExpectation
 from escort_mj.expectations.metric import MetricExpectation as Expectation
 from escort_mj.metrics import METRIC_NAMES
 from escort_mj.metrics.metric import Measure, Metric
-from escort_mj.record.episodes import NONE, episode_variables
 from escort_mj.record.files import write_json
 from escort_mj.record.outcome import Outcome
+from escort_mj.record.recording import NONE, episode_variables
 from tests.expectations.traces import watched
 
 RADIUS = 5.0

@@ -9,8 +9,8 @@ import escort_mj
 from escort_mj.metrics import METRICS
 from escort_mj.metrics.causes import CAUSES, _Scene, causes_of, some_velocity
 from escort_mj.mission import fly
-from escort_mj.record.episodes import COLUMNS
 from escort_mj.scenario import parse_scenario
+from escort_mj.signals import EPISODE as COLUMNS
 from tests.control.test_conditions import slack
 
 

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 import xarray
 
-from escort_mj.record.episodes import COLUMNS, apart_from, during, pair, touched
+from escort_mj.record.episodes import apart_from, during, pair, touched
 from escort_mj.record.trace import load_recording, save_trace
+from escort_mj.signals import EPISODE as COLUMNS
 
 TIME = 0.02 * np.arange(6)  # samples; a physics step is 2 ms
 

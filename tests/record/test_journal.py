@@ -7,8 +7,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from escort_mj.errors import RunFolderError
-from escort_mj.record.episodes import COLUMNS
 from escort_mj.record.journal import EPISODES, HEADER, SAMPLES, Journal, journal_of, read_journal
+from escort_mj.signals import EPISODE as COLUMNS
 
 
 def test_what_is_appended_is_on_disk_at_once(tmp_path):

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -13,14 +11,12 @@ from numpy.typing import NDArray
 from escort_mj import palette
 from escort_mj.components.movers import COMES
 from escort_mj.metrics.reading import escorts, lost
+from escort_mj.record.recording import Recorded
 from escort_mj.report.figures import teams
 from escort_mj.report.figures.drawing.look import NARROW
 from escort_mj.report.figures.drawing.style import WIDTH, Key, narrow
 from escort_mj.report.figures.opponents import opponents
 from escort_mj.report.figures.paths import bounds
-
-if TYPE_CHECKING:
-    from escort_mj.record.recording import Recorded
 
 Array = NDArray[np.float64]
 

@@ -5,20 +5,16 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 from matplotlib.figure import Figure
 
 from escort_mj.errors import RenderError
 from escort_mj.record.folder import FIGURES, StoredRun, read_run
-from escort_mj.record.recording import LOG, is_log, not_logged
+from escort_mj.record.recording import LOG, Recorded, is_log, not_logged
 from escort_mj.report.figures import dominance, gap, knowledge, nearness, paths, tasks, timelines, truth
 from escort_mj.report.figures.drawing.look import USUAL, Look, check_formats
 from escort_mj.report.figures.drawing.style import canvas_of, figure, png_of
-
-if TYPE_CHECKING:
-    from escort_mj.record.recording import Recorded
-
 
 NOTHING = "the trace holds no sample, so there is nothing to draw"
 THUMBNAIL_DPI = 60

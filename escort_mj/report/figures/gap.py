@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -15,11 +14,9 @@ from escort_mj.metrics.hull_margin import margins, over_time
 from escort_mj.metrics.largest_gap import gaps
 from escort_mj.monitor.signals import TARGET
 from escort_mj.record.episodes import moving_as
+from escort_mj.record.recording import Recorded
 from escort_mj.report.figures.drawing.curves import BOUND, draw_curves, limit_line, timeline
 from escort_mj.report.figures.drawing.style import Key, legend
-
-if TYPE_CHECKING:
-    from escort_mj.record.recording import Recorded
 
 HEIGHT = 4.4  # inches
 MOST_SAMPLES = 600

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from escort_mj import palette
 from escort_mj.metrics.knowledge import parts
 from escort_mj.metrics.reading import lost
+from escort_mj.record.recording import Recorded
 from escort_mj.record.team import of_team, own_targets, team_names
 from escort_mj.report.figures.drawing.curves import (
     SECOND,
@@ -32,9 +33,6 @@ from escort_mj.report.figures.drawing.curves import (
 from escort_mj.report.figures.drawing.style import Key, name_robots
 from escort_mj.report.figures.losses import heard_links, lost_keys
 from escort_mj.report.figures.teams import colored, colors_at
-
-if TYPE_CHECKING:
-    from escort_mj.record.recording import Recorded
 
 Array = NDArray[np.float64]
 

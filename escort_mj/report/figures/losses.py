@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from matplotlib.lines import Line2D
@@ -11,10 +11,8 @@ from numpy.typing import NDArray
 from escort_mj.metrics.knowledge import linked
 from escort_mj.metrics.reading import lost
 from escort_mj.numerics.thomson import nearest_edges
+from escort_mj.record.recording import Recorded
 from escort_mj.report.figures.drawing.style import Key
-
-if TYPE_CHECKING:
-    from escort_mj.record.recording import Recorded
 
 LOST = (0.55, 0.56, 0.58)  # color of a robot that the team has lost
 MOST_LINKED = 200  # robots of a formation that is found again

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
@@ -13,6 +11,7 @@ from numpy.typing import NDArray
 from escort_mj import palette
 from escort_mj.metrics.reading import lost
 from escort_mj.record.episodes import apart_from, pair
+from escort_mj.record.recording import Recorded
 from escort_mj.record.team import kept_radius
 from escort_mj.report.figures.drawing.curves import (
     BOUND,
@@ -26,9 +25,6 @@ from escort_mj.report.figures.drawing.curves import (
 from escort_mj.report.figures.drawing.style import Key, name_robots
 from escort_mj.report.figures.losses import lost_keys
 from escort_mj.report.video.replay import safe_radius
-
-if TYPE_CHECKING:
-    from escort_mj.record.recording import Recorded
 
 Array = NDArray[np.float64]
 

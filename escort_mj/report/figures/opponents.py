@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -11,11 +11,9 @@ from numpy.typing import NDArray
 
 from escort_mj import palette
 from escort_mj.components.movers import COMES, INTERCEPTED, REACHED
+from escort_mj.record.recording import Recorded
 from escort_mj.report.figures.drawing.curves import BOUND
 from escort_mj.report.figures.drawing.style import Key
-
-if TYPE_CHECKING:
-    from escort_mj.record.recording import Recorded
 
 MARKS = {INTERCEPTED: ("intercepted", "X"), REACHED: ("reached the target", "*")}
 SIZE = 8.0  # of a mark [points]

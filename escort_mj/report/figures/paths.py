@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from escort_mj import palette
 from escort_mj.metrics.reading import escorts, lost
 from escort_mj.palette import MOST_DISTINCT, MOST_LINES
+from escort_mj.record.recording import Recorded
 from escort_mj.record.team import kept_radius, rings
 from escort_mj.report.figures import teams
 from escort_mj.report.figures.drawing.curves import BOUND
@@ -29,9 +30,6 @@ from escort_mj.report.figures.losses import LOST, links, links_at, lost_keys
 from escort_mj.report.figures.opponents import draw_opponents, opponent_keys, opponents
 from escort_mj.report.video.replay import outlines, safe_radius
 from escort_mj.scenario.geometry.shapes import OUTLINE_POINTS, outward
-
-if TYPE_CHECKING:
-    from escort_mj.record.recording import Recorded
 
 Array = NDArray[np.float64]
 Formations = list[tuple[int, NDArray[np.int64]]]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -14,6 +14,7 @@ from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from escort_mj import palette
+from escort_mj.record.recording import Recorded
 from escort_mj.report.figures.drawing.curves import (
     average_keys,
     draw_curves,
@@ -22,9 +23,6 @@ from escort_mj.report.figures.drawing.curves import (
     timeline,
 )
 from escort_mj.report.figures.drawing.style import Key, legend, narrow
-
-if TYPE_CHECKING:
-    from escort_mj.record.recording import Recorded
 
 Array = NDArray[np.float64]
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -14,11 +14,9 @@ from matplotlib.patches import Circle
 from numpy.typing import NDArray
 
 from escort_mj import palette
+from escort_mj.record.recording import Recorded
 from escort_mj.record.team import kept_radius, team_names
 from escort_mj.report.figures.drawing.style import Key, legend, name_robots
-
-if TYPE_CHECKING:
-    from escort_mj.record.recording import Recorded
 
 Array = NDArray[np.float64]
 SMALL, LARGE = 4.5, 7.0  # of marks, where another team escorts a target, and at the end [points]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -16,7 +16,7 @@ from escort_mj.metrics.arrival import goal_distance
 from escort_mj.metrics.energy_ratio import energy_ratios
 from escort_mj.metrics.reading import escorts, lost
 from escort_mj.metrics.spacing import even_spacing
-from escort_mj.record.recording import not_logged
+from escort_mj.record.recording import Recorded, not_logged
 from escort_mj.record.team import kept_radius
 from escort_mj.report.figures.drawing.curves import (
     BOUND,
@@ -32,9 +32,6 @@ from escort_mj.report.figures.drawing.curves import (
 from escort_mj.report.figures.drawing.look import NARROW
 from escort_mj.report.figures.drawing.style import Key, name_robots, narrow
 from escort_mj.report.figures.losses import lost_keys
-
-if TYPE_CHECKING:
-    from escort_mj.record.recording import Recorded
 
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, cast
+from typing import Any, cast
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -11,6 +11,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
 from escort_mj import palette
+from escort_mj.record.recording import Recorded
 from escort_mj.report.figures.drawing.curves import (
     SECOND,
     curve_keys,
@@ -23,9 +24,6 @@ from escort_mj.report.figures.drawing.curves import (
     timeline,
 )
 from escort_mj.report.figures.drawing.style import Key, name_robots
-
-if TYPE_CHECKING:
-    from escort_mj.record.recording import Recorded
 
 PLAYS_A_PART = 1e-9  # share of the largest cause; a smaller one is rounding
 REFERENCE: Any = {

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,12 +11,10 @@ from escort_mj import palette
 from escort_mj.errors import RenderError
 from escort_mj.metrics.reading import escorts, lost
 from escort_mj.record.episodes import touched
+from escort_mj.record.recording import Recorded
 from escort_mj.record.team import kept_radius, rings
 from escort_mj.report.figures.losses import heard_links, links, links_at
 from escort_mj.report.figures.teams import recorded_targets
-
-if TYPE_CHECKING:
-    from escort_mj.record.recording import Recorded
 
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
