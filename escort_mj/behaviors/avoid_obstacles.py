@@ -32,10 +32,10 @@ from escort_mj.native.lanes import (
     where,
 )
 from escort_mj.numerics.neighbors import candidate, number_of_candidates, seen_neighbors
+from escort_mj.plan import Plan, State
 
 if TYPE_CHECKING:
     from escort_mj.control.setup import Setup
-    from escort_mj.memory.layout import Plan, State
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]

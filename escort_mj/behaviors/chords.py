@@ -17,10 +17,10 @@ from escort_mj.behaviors.wish import (
 )
 from escort_mj.native.fields import Array, Fields, Value
 from escort_mj.native.lanes import everywhere, root, row_of, set_row, stack_rows
+from escort_mj.plan import Plan, State
 
 if TYPE_CHECKING:
     from escort_mj.control.setup import Setup
-    from escort_mj.memory.layout import Plan, State
 
 
 class ChordParameters(Fields):

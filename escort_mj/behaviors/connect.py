@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,9 +13,7 @@ from escort_mj.behaviors.wish import Wish, along, square_of
 from escort_mj.knowledge.teammates import mate_at, places_of, teammate_place
 from escort_mj.native.lanes import WIDTH, everywhere, load_rows, root, row_of, set_row, stack_rows, where
 from escort_mj.native.on_demand import on_demand
-
-if TYPE_CHECKING:
-    from escort_mj.memory.layout import Plan, State
+from escort_mj.plan import Plan, State
 
 Array = NDArray[np.float64]
 

@@ -15,10 +15,10 @@ from escort_mj.components.waypoint import Waypoint
 from escort_mj.native.fields import Array, Fields, Value
 from escort_mj.native.on_demand import on_demand
 from escort_mj.numerics.program import evaluate_program
+from escort_mj.plan import Plan, State
 
 if TYPE_CHECKING:
     from escort_mj.control.setup import Setup
-    from escort_mj.memory.layout import Plan, State
 
 ALONG = "along"  # in place of a heading
 TURNED = 3  # functions of a frame beside its position: cosine and sine of its heading, and its scale

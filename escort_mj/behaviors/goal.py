@@ -15,10 +15,10 @@ from escort_mj.native.fields import Array, Fields, Value
 from escort_mj.native.kernels import inlined
 from escort_mj.native.lanes import everywhere, load_rows, root, row_of, set_row, stack_rows, there, where
 from escort_mj.native.on_demand import on_demand
+from escort_mj.plan import Plan, State
 
 if TYPE_CHECKING:
     from escort_mj.control.setup import Setup
-    from escort_mj.memory.layout import Plan, State
 
 POINT, WAYPOINTS, LISTED, NAMED, DRAWN = "a point", "waypoints", "listed", "named", "drawn"
 

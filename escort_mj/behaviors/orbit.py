@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import Annotated, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,9 +11,7 @@ from pydantic import Field
 from escort_mj.behaviors.vertices import Vertices
 from escort_mj.behaviors.wish import Wish
 from escort_mj.native.lanes import row_of, set_row
-
-if TYPE_CHECKING:
-    from escort_mj.memory.layout import Plan, State
+from escort_mj.plan import Plan, State
 
 Array = NDArray[np.float64]
 

@@ -21,10 +21,10 @@ from escort_mj.native.lanes import everywhere
 from escort_mj.native.on_demand import on_demand
 from escort_mj.numerics.formation import widest_spacing
 from escort_mj.numerics.program import evaluate_program
+from escort_mj.plan import Plan, State
 
 if TYPE_CHECKING:
     from escort_mj.control.setup import Setup
-    from escort_mj.memory.layout import Plan, State
 
 Array = NDArray[np.float64]
 

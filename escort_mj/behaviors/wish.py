@@ -6,7 +6,7 @@ its task and the velocity that it wishes for, and returns a `Wish`.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,9 +28,7 @@ from escort_mj.native.lanes import (
     there,
     where,
 )
-
-if TYPE_CHECKING:
-    from escort_mj.memory.layout import Plan, State
+from escort_mj.plan import Plan, State
 
 Array = NDArray[np.float64]
 

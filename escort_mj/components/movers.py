@@ -19,10 +19,10 @@ import numpy as np
 from escort_mj.native.fields import Array, Fields, Recorded, Value
 from escort_mj.native.on_demand import on_demand
 from escort_mj.numerics.program import evaluate_program
+from escort_mj.plan import Plan, State
 
 if TYPE_CHECKING:
     from escort_mj.control.setup import Setup
-    from escort_mj.memory.layout import Plan, State
 
 MEMORY = 8  # numbers that a policy keeps for each body
 TARGET = -1.0  # in the place of an obstacle

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 from escort_mj.native.fields import Array, Fields, Recorded, Value
 from escort_mj.native.kernels import inlined, merged
 from escort_mj.native.lanes import Lanes, everywhere, lane_numbers, least, pick
+from escort_mj.plan import Plan, State
 
 if TYPE_CHECKING:
     from escort_mj.control.setup import Setup
-    from escort_mj.memory.layout import Plan, State
 
 
 class ObstacleParameters(Fields):

@@ -13,10 +13,10 @@ import numpy as np
 
 from escort_mj.native.fields import Array, Fields, Value
 from escort_mj.native.kernels import inlined, kernel, stack_memory, vector_at
+from escort_mj.plan import Plan, State
 
 if TYPE_CHECKING:
     from escort_mj.control.setup import Setup
-    from escort_mj.memory.layout import Plan, State
 
 KINDS = {"sphere": 2, "capsule": 3, "ellipsoid": 4, "cylinder": 5, "box": 6, "mesh": 7}
 """Shapes, numbered as in MuJoCo."""

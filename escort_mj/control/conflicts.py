@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,9 +30,7 @@ from escort_mj.native.lanes import (
 from escort_mj.native.lanes import least as smaller
 from escort_mj.native.on_demand import on_demand
 from escort_mj.numerics.elementary import arc_cosine
-
-if TYPE_CHECKING:
-    from escort_mj.memory.layout import Plan, State
+from escort_mj.plan import Plan, State
 
 Array = NDArray[np.float64]
 

@@ -6,7 +6,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 from escort_mj.behaviors.formation import place_formations
 from escort_mj.behaviors.goal import choose_goals
@@ -31,11 +31,9 @@ from escort_mj.native.lanes import WIDTH, copy_lanes, everywhere, load, set_row,
 from escort_mj.native.on_demand import on_demand, on_demand_unrolled
 from escort_mj.numerics.neighbors import keep_all_neighbors
 from escort_mj.numerics.program import evaluate_program, value_of
+from escort_mj.plan import Plan, State
 from escort_mj.sensing.lidar import scan
 from escort_mj.sensing.measure import measure_all
-
-if TYPE_CHECKING:
-    from escort_mj.memory.layout import Plan, State
 
 
 class ControllerParameters(Fields):

@@ -14,13 +14,13 @@ from escort_mj.control.opponents import aim, turn_back
 from escort_mj.native.fields import Array, Fields, Value
 from escort_mj.native.kernels import inlined, reachable, stack_memory, vector_at, view_addresses
 from escort_mj.native.on_demand import on_demand
+from escort_mj.plan import Plan, State
 from escort_mj.policies import POLICIES, Policy
 from escort_mj.policies.learned import packed_networks
 from escort_mj.policies.policy import ACTS, RESTS, policy_view
 
 if TYPE_CHECKING:
     from escort_mj.control.setup import Setup
-    from escort_mj.memory.layout import Plan, State
 
 
 class PolicyParameters(Fields):

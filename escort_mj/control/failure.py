@@ -15,10 +15,10 @@ from escort_mj.native.kernels import inlined
 from escort_mj.native.on_demand import on_demand
 from escort_mj.numerics.noise import uniform
 from escort_mj.numerics.reform import ALTERNATIONS, SAME, reform
+from escort_mj.plan import Plan, State
 
 if TYPE_CHECKING:
     from escort_mj.control.setup import Setup
-    from escort_mj.memory.layout import Plan, State
 
 Mask = NDArray[np.bool_]
 

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Annotated, NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
@@ -22,9 +22,7 @@ from escort_mj.native.kernels import flat, inlined
 from escort_mj.native.lanes import WIDTH, everywhere, load, room_for, set_row, stack_rows, store
 from escort_mj.numerics.elementary import sine_and_cosine
 from escort_mj.numerics.program import Op
-
-if TYPE_CHECKING:
-    from escort_mj.memory.layout import Plan
+from escort_mj.plan import Plan
 
 Tone = tuple[float, float]  # pulsatance [rad/s] and phase [rad]
 

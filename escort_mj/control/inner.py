@@ -18,10 +18,10 @@ from escort_mj.native.fields import Array, Fields, Value
 from escort_mj.native.kernels import DOUBLE, data_address, inlined, inlined_once, reachable, view_addresses
 from escort_mj.native.lanes import WIDTH, Lanes, copy_lanes, load, store, where
 from escort_mj.native.on_demand import on_demand
+from escort_mj.plan import Plan, State
 
 if TYPE_CHECKING:
     from escort_mj.control.setup import Setup
-    from escort_mj.memory.layout import Plan, State
 
 
 OF_TEAMS = len(LAWS) + 1

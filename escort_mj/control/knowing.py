@@ -24,10 +24,10 @@ from escort_mj.native.kernels import inlined, inlined_once, reachable, view_addr
 from escort_mj.native.lanes import WIDTH, everywhere, load, load_rows, row_of, set_row, stack_rows, store_rows
 from escort_mj.native.on_demand import on_demand
 from escort_mj.numerics.gaussian import START, normals
+from escort_mj.plan import Plan, State
 
 if TYPE_CHECKING:
     from escort_mj.control.setup import Setup
-    from escort_mj.memory.layout import Plan, State
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]

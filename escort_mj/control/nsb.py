@@ -44,10 +44,10 @@ from escort_mj.native.lanes import (
     there,
     where,
 )
+from escort_mj.plan import Plan, State
 
 if TYPE_CHECKING:
     from escort_mj.control.setup import Setup
-    from escort_mj.memory.layout import Plan, State
 
 Mask = NDArray[np.bool_]
 

@@ -10,10 +10,10 @@ from escort_mj.components.teams import team_of
 from escort_mj.native.fields import Array, Fields, Value
 from escort_mj.native.kernels import inlined, merged
 from escort_mj.native.on_demand import on_demand
+from escort_mj.plan import Plan, State
 
 if TYPE_CHECKING:
     from escort_mj.control.setup import Setup
-    from escort_mj.memory.layout import Plan, State
 
 NOT_ONE = -1.0  # of the opponents
 KEPT = 0.8  # of the distance: what another robot has to beat to take over a threat

@@ -15,10 +15,10 @@ from escort_mj.knowledge.belief import target_place
 from escort_mj.native.fields import Array, Fields, Value
 from escort_mj.native.kernels import inlined, merged
 from escort_mj.native.on_demand import on_demand
+from escort_mj.plan import Plan, State
 
 if TYPE_CHECKING:
     from escort_mj.control.setup import Setup
-    from escort_mj.memory.layout import Plan, State
 
 Mask = NDArray[np.bool_]
 

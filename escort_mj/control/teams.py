@@ -8,7 +8,6 @@ beyond its own demand, and keeps one at least. Earlier teams come first.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,9 +17,7 @@ from escort_mj.control.inner import change_law
 from escort_mj.native.kernels import inlined
 from escort_mj.native.on_demand import on_demand
 from escort_mj.numerics.reform import reform
-
-if TYPE_CHECKING:
-    from escort_mj.memory.layout import Plan, State
+from escort_mj.plan import Plan, State
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]

@@ -13,10 +13,10 @@ from escort_mj.native.fields import Fields, Value
 from escort_mj.native.kernels import inlined, reachable
 from escort_mj.native.lanes import any_of, everywhere, load, store, where
 from escort_mj.native.on_demand import on_demand
+from escort_mj.plan import Plan, State
 
 if TYPE_CHECKING:
     from escort_mj.control.setup import Setup
-    from escort_mj.memory.layout import Plan, State
 
 
 class OuterLoopParameters(Fields):

@@ -13,10 +13,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from escort_mj.native.fields import Array, Fields, Value
 from escort_mj.native.kernels import inlined
+from escort_mj.plan import Plan, State
 
 if TYPE_CHECKING:
     from escort_mj.control.setup import Setup
-    from escort_mj.memory.layout import Plan, State
 
 ABOVE_ALL = 2.0  # added to the cosine between robot and vertex: bids are positive
 NEAR = 1e-9  # m

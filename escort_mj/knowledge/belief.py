@@ -13,10 +13,10 @@ from escort_mj.components.teams import of_teams
 from escort_mj.native.fields import Array, Fields, Value
 from escort_mj.native.kernels import inlined, merged
 from escort_mj.native.lanes import everywhere, load_rows, set_row
+from escort_mj.plan import Plan, State
 
 if TYPE_CHECKING:
     from escort_mj.control.setup import Setup
-    from escort_mj.memory.layout import Plan, State
 
 LEAST_VARIANCE = 1e-12  # of what is known exactly [m^2 or m^2/s^2]
 

@@ -12,10 +12,10 @@ from escort_mj.components.rays import is_between
 from escort_mj.native.fields import Array, Fields, Value
 from escort_mj.native.kernels import inlined, stack_memory, vector_at
 from escort_mj.numerics.gaussian import RADIO, fractions
+from escort_mj.plan import Plan, State
 
 if TYPE_CHECKING:
     from escort_mj.control.setup import Setup
-    from escort_mj.memory.layout import Plan, State
 
 NOBODY = -1.0
 

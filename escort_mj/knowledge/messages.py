@@ -6,15 +6,13 @@ which it was sent; what arrives late counts as what it is.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 from escort_mj.knowledge.auction import tell_bids
 from escort_mj.knowledge.links import is_lost, late_by, may_pass, slot_for, take_slot, way_of
 from escort_mj.native.fields import Array, Fields, Value
 from escort_mj.native.kernels import inlined
-
-if TYPE_CHECKING:
-    from escort_mj.memory.layout import Plan, State
+from escort_mj.plan import Plan, State
 
 NEVER = 1e300
 

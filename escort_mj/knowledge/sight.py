@@ -15,10 +15,10 @@ from escort_mj.native.fields import Array, Fields, Value
 from escort_mj.native.kernels import inlined, stack_memory, vector_at
 from escort_mj.native.on_demand import on_demand
 from escort_mj.numerics.gaussian import SIGHT, fractions, normals
+from escort_mj.plan import Plan, State
 
 if TYPE_CHECKING:
     from escort_mj.control.setup import Setup
-    from escort_mj.memory.layout import Plan, State
 
 MEASURES = ("position", "velocity", "range", "bearing")
 POSITION, VELOCITY, RANGE, BEARING = range(4)

@@ -14,10 +14,10 @@ from escort_mj.native.kernels import inlined, stack_memory, vector_at
 from escort_mj.native.lanes import WIDTH
 from escort_mj.native.on_demand import on_demand
 from escort_mj.numerics.vectors import make_unit
+from escort_mj.plan import Plan, State
 
 if TYPE_CHECKING:
     from escort_mj.control.setup import Setup
-    from escort_mj.memory.layout import Plan, State
 
 Mask = NDArray[np.bool_]
 

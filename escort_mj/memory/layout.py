@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import hashlib
 
+from escort_mj import plan
 from escort_mj.behaviors.chords import ChordParameters, ChordState
 from escort_mj.behaviors.formation import FormationParameters, FormationState
 from escort_mj.behaviors.goal import GoalParameters, GoalState
@@ -63,6 +64,7 @@ from escort_mj.signals import Signals
 
 
 class Plan(
+    plan.Plan,
     MissionParameters,
     ObstacleParameters,
     MoverParameters,
@@ -103,6 +105,7 @@ class Plan(
 
 
 class State(
+    plan.State,
     Signals,
     MissionState,
     ObstacleState,
@@ -192,14 +195,14 @@ def unpack_plan(address: int, axes: int) -> Plan:
         address: Where the plan is.
         axes: p; kernels pass a literal here, so that the compiler knows it and unrolls all loops over axes.
     """
-    plan: Plan = LAYOUT.read(Plan, address, address)
-    return plan
+    view: Plan = LAYOUT.read(Plan, address, address)
+    return view
 
 
 def unpack_state(plan_address: int, address: int, axes: int) -> State:
     """View the state at an address, given the address of its plan and p; nothing is copied or owned."""
-    state: State = LAYOUT.read(State, plan_address, address)
-    return state
+    view: State = LAYOUT.read(State, plan_address, address)
+    return view
 
 
 viewer(LAYOUT, Plan, unpack_plan)
@@ -209,6 +212,6 @@ viewer(LAYOUT, PolicyView, policy_view)
 viewer(LAYOUT, EstimatorView, estimator_view)
 
 
-def state_size(plan: Array) -> int:
+def state_size(packed: Array) -> int:
     """Return the length of the state vector that belongs to a packed plan."""
-    return LAYOUT.state_size(plan)
+    return LAYOUT.state_size(packed)

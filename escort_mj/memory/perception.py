@@ -9,7 +9,6 @@ import ctypes
 import math
 from collections.abc import Callable
 from functools import cache
-from typing import TYPE_CHECKING
 
 from escort_mj.components.movers import COMES, REACHED
 from escort_mj.components.obstacles import obstacle_speed, obstacles_seen
@@ -21,10 +20,8 @@ from escort_mj.native import artifacts
 from escort_mj.native.fields import Array
 from escort_mj.native.kernels import DOUBLE, inlined, matrix_at, merged, vector_at
 from escort_mj.native.on_demand import CLASSES, callback, piece_of
+from escort_mj.plan import Plan, State
 from escort_mj.sensing.lidar import FAR
-
-if TYPE_CHECKING:
-    from escort_mj.memory.layout import Plan, State
 
 WEIGHTS = ("radius", "spacing", "command", "clearance", "touch", "breach", "capture")
 SETTINGS = (*WEIGHTS, "safe", "speed", "bound", "begin", "end", "sight")

@@ -9,7 +9,6 @@ import ctypes
 import math
 from collections.abc import Callable
 from functools import cache
-from typing import TYPE_CHECKING
 
 from escort_mj.components.movers import COMES, INTERCEPTED, REACHED
 from escort_mj.control.opponents import aim
@@ -17,11 +16,9 @@ from escort_mj.memory.layout import unpack_plan, unpack_state
 from escort_mj.native import artifacts
 from escort_mj.native.kernels import DOUBLE, matrix_at, merged, stack_memory, vector_at
 from escort_mj.native.on_demand import callback, piece_of
+from escort_mj.plan import Plan, State
 from escort_mj.policies.learned import ROBOTS, perceive_bodies
 from escort_mj.policies.policy import PolicyView, policy_view
-
-if TYPE_CHECKING:
-    from escort_mj.memory.layout import Plan, State
 
 WEIGHTS = ("approach", "reach", "capture", "command")
 REWARD, DISTANCE, STATUS, SEEN = range(4)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 from escort_mj.monitor.motion import watch_displacements, watch_motion
 from escort_mj.monitor.signals import GROUPS
@@ -36,9 +36,7 @@ from escort_mj.numerics.neighbors import (
     most_candidates,
     number_of_candidates,
 )
-
-if TYPE_CHECKING:
-    from escort_mj.memory.layout import Plan, State
+from escort_mj.plan import Plan, State
 
 NOBODY = -1.0
 FAR_AWAY = 1e9  # m, how much farther than they are robots seem here that `world/loop/parts.py` watches

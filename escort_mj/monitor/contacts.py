@@ -8,7 +8,7 @@ pair's row: a step costs in proportion to its contacts however many bodies touch
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 from escort_mj.components.obstacles import obstacles_seen
 from escort_mj.monitor.signals import (
@@ -27,9 +27,7 @@ from escort_mj.monitor.signals import (
 from escort_mj.native.fields import Array, Fields, Value
 from escort_mj.native.kernels import inlined, kernel
 from escort_mj.native.on_demand import on_demand
-
-if TYPE_CHECKING:
-    from escort_mj.memory.layout import Plan, State
+from escort_mj.plan import Plan, State
 
 FORCE = EPISODE_SIZE  # place in a row of `touches` of the force of the present step
 KEY, STAMP, ROW = 0, 1, 2  # places in a cell of `places`

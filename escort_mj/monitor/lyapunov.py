@@ -13,10 +13,10 @@ from escort_mj.laws.sliding import SMOOTHINGS, SlidingModeLaw, smooth_signs
 from escort_mj.monitor.signals import CAUSES
 from escort_mj.native.fields import Array, Fields, Value
 from escort_mj.native.kernels import inlined, merged, stack_memory, vector_at
+from escort_mj.plan import Plan, State
 
 if TYPE_CHECKING:
     from escort_mj.control.setup import Setup
-    from escort_mj.memory.layout import Plan, State
 
 DISSIPATION, REFERENCE, EXTERNAL, NOISE, SATURATION, ANTI_WINDUP, UNEXPLAINED = range(len(CAUSES))
 

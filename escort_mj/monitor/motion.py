@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 from escort_mj.components.movers import COMES, TARGET
 from escort_mj.native.fields import Array, Fields, Value
@@ -22,9 +22,7 @@ from escort_mj.native.lanes import (
     store,
     where,
 )
-
-if TYPE_CHECKING:
-    from escort_mj.memory.layout import Plan, State
+from escort_mj.plan import Plan, State
 
 
 class MotionState(Fields):

@@ -6,15 +6,13 @@ the interpreter is needed for thousands of physics steps, so missions step side 
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 from escort_mj.native.fields import Array, Fields, Value
 from escort_mj.native.kernels import DOUBLE, inlined, vector_at
 from escort_mj.native.lanes import WIDTH, load, store
 from escort_mj.native.on_demand import on_demand
-
-if TYPE_CHECKING:
-    from escort_mj.memory.layout import Plan, State
+from escort_mj.plan import Plan, State
 
 MOST_SAMPLES = 256  # kept at once; of five robots, they stay in the cache of a core
 MOST_NUMBERS = 2**17  # in them: a megabyte a mission

@@ -13,9 +13,9 @@ from escort_mj.monitor.mass import INT, mass_block
 from escort_mj.native.fields import Array, Fields, Value
 from escort_mj.native.kernels import DOUBLE, double_at, inlined, int_at, merged
 from escort_mj.native.on_demand import on_demand_unrolled
+from escort_mj.plan import Plan, State
 
 if TYPE_CHECKING:
-    from escort_mj.memory.layout import Plan, State
     from escort_mj.world.loop.addresses import Addresses
 
 

@@ -13,7 +13,7 @@ candidates is what a look at all pairs would find. All of this holds center to c
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 from escort_mj.native.fields import Array, Fields, Value
 from escort_mj.native.kernels import DOUBLE, inlined, kernel, merged, stack_memory, vector_at
@@ -35,9 +35,7 @@ from escort_mj.numerics.cells import (
     slots_of,
     sort_into_cells,
 )
-
-if TYPE_CHECKING:
-    from escort_mj.memory.layout import Plan, State
+from escort_mj.plan import Plan, State
 
 COUNT, FIRST = 0, 1  # places in a robot's row: how many candidates follow
 ALL = -1.0  # in place of their number: more than a row holds, so all robots have to be looked at

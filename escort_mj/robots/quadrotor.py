@@ -19,6 +19,7 @@ from escort_mj.components.parameters import Mass, Radius
 from escort_mj.mjcf import set_attributes
 from escort_mj.native.kernels import DOUBLE, matrix_at, merged, stack_memory, vector_at
 from escort_mj.native.on_demand import on_demand
+from escort_mj.plan import Plan, State
 from escort_mj.robots.attitude import (
     QUARTERS,
     ROTOR_LIMIT,
@@ -32,7 +33,6 @@ from escort_mj.robots.attitude import (
 from escort_mj.robots.kind import FREE_COORDINATES, Motor, RobotKind
 
 if TYPE_CHECKING:
-    from escort_mj.memory.layout import Plan, State
     from escort_mj.world.loop.addresses import Addresses
 
 Array = NDArray[np.float64]

@@ -16,10 +16,10 @@ from escort_mj.components.rays import stretch_in
 from escort_mj.native.fields import Array, Fields, Recorded, Value
 from escort_mj.native.on_demand import on_demand
 from escort_mj.numerics.gaussian import LIDAR, normals
+from escort_mj.plan import Plan, State
 
 if TYPE_CHECKING:
     from escort_mj.control.setup import Setup
-    from escort_mj.memory.layout import Plan, State
 
 FAR = 1e7  # on each axis, for what no ray meets [m]
 NOTHING = -1.0

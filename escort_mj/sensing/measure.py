@@ -7,8 +7,6 @@ of `dropout` nothing of it arrives, and the last value stays.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -16,9 +14,7 @@ from escort_mj.native.kernels import inlined
 from escort_mj.native.lanes import WIDTH, copy_lanes, load_rows, row_of, set_row, stack_rows, store_rows
 from escort_mj.native.on_demand import on_demand_unrolled
 from escort_mj.numerics.noise import OF_ROBOT, OF_TARGET, chance, draw_points
-
-if TYPE_CHECKING:
-    from escort_mj.memory.layout import Plan, State
+from escort_mj.plan import Plan, State
 
 Array = NDArray[np.float64]
 

@@ -15,9 +15,10 @@ from escort_mj.control.custom import native
 from escort_mj.control.setup import Setup
 from escort_mj.errors import EscortError, UsageError
 from escort_mj.memory.evaluation import evaluation_of, interpreted_evaluation
-from escort_mj.memory.layout import Plan, State, state_size, unpack_plan, unpack_state
+from escort_mj.memory.layout import state_size, unpack_plan, unpack_state
 from escort_mj.memory.packing import pack
 from escort_mj.native.fields import declared
+from escort_mj.plan import Plan, State
 from escort_mj.sensing.sensors import SensorSignals
 from escort_mj.signals import SIGNALS, Signal
 from escort_mj.standalone.knowledge import Knowledge

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 from escort_mj.behaviors.wish import Wish, square_of
 from escort_mj.control.custom.native import NO_NUMBER, NONE, note_failure, table_address
@@ -21,9 +21,7 @@ from escort_mj.native.kernels import (
 )
 from escort_mj.native.lanes import WIDTH, everywhere, load, load_rows, row_of, set_row, stack_rows, where
 from escort_mj.native.on_demand import on_demand
-
-if TYPE_CHECKING:
-    from escort_mj.memory.layout import Plan, State
+from escort_mj.plan import Plan, State
 
 
 class CustomState(Fields):

@@ -15,7 +15,7 @@ the way by themselves: only those with goals of their own are followed around.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Annotated, NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,9 +25,7 @@ from escort_mj.control.outer_loops.nearest_velocity import speed_along
 from escort_mj.native.fields import Array as Field
 from escort_mj.native.fields import Fields, Value
 from escort_mj.native.kernels import DOUBLE, inlined, stack_memory, vector_at
-
-if TYPE_CHECKING:
-    from escort_mj.memory.layout import State
+from escort_mj.plan import State
 
 Array = NDArray[np.float64]
 

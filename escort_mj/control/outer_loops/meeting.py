@@ -8,7 +8,7 @@ no more than twice the robot's speed, and a faster one finds the robot within tw
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 from escort_mj.behaviors.avoid_obstacles import mate_within
 from escort_mj.control.nsb import avoidance_of
@@ -19,9 +19,7 @@ from escort_mj.native.kernels import inlined, merged, stack_memory, vector_at
 from escort_mj.native.lanes import WIDTH, everywhere, gather, greatest, largest, there, where
 from escort_mj.native.on_demand import on_demand
 from escort_mj.numerics.neighbors import ALL, ROUNDING, find_near, seen_neighbors
-
-if TYPE_CHECKING:
-    from escort_mj.memory.layout import Plan, State
+from escort_mj.plan import Plan, State
 
 NEAR = 64  # teammates that may be near enough to matter; of more, all are looked at
 

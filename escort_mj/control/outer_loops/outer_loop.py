@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 from escort_mj.components.component import Component
 from escort_mj.components.parameters import UNLIMITED
 from escort_mj.native.kernels import merged
+from escort_mj.plan import Plan, State
 
 if TYPE_CHECKING:
     from escort_mj.control.setup import Setup
-    from escort_mj.memory.layout import Plan, State
 
 Mask = NDArray[np.bool_]
 

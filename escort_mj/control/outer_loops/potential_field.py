@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, ClassVar, Literal
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,9 +18,7 @@ from escort_mj.knowledge.teammates import may_be, places_of
 from escort_mj.native.fields import Array
 from escort_mj.native.kernels import inlined, stack_memory, vector_at
 from escort_mj.native.lanes import WIDTH, everywhere, row_of, set_row, stack_rows
-
-if TYPE_CHECKING:
-    from escort_mj.memory.layout import Plan, State
+from escort_mj.plan import Plan, State
 
 Mask = NDArray[np.bool_]
 

@@ -58,10 +58,10 @@ from escort_mj.native.lanes import (
 )
 from escort_mj.numerics.neighbors import seen_neighbors
 from escort_mj.numerics.vectors import length_of
+from escort_mj.plan import Plan, State
 
 if TYPE_CHECKING:
     from escort_mj.control.setup import Setup
-    from escort_mj.memory.layout import Plan, State
 
 
 class SetBased(OuterLoop):

@@ -12,10 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.components.rays import BOX, CAPSULE, CYLINDER, ELLIPSOID, MESH, stretch
-from escort_mj.memory.layout import State
 from escort_mj.monitor.mass import INT
 from escort_mj.native.kernels import DOUBLE, inlined, int_at, pointer_at, stack_memory, vector_at
 from escort_mj.native.on_demand import on_demand
+from escort_mj.plan import State
 from escort_mj.world.loop.addresses import Addresses
 from escort_mj.world.loop.layout import offset
 

@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.control.failure import DEAD, STUCK
-from escort_mj.memory.layout import Plan, State
 from escort_mj.native.kernels import (
     DOUBLE,
     double_at,
@@ -21,6 +20,7 @@ from escort_mj.native.kernels import (
     vector_at,
 )
 from escort_mj.native.on_demand import on_demand
+from escort_mj.plan import Plan, State
 from escort_mj.robots.attitude import axes_for, axes_toward, hold_height, turn_craft, within_reach
 from escort_mj.robots.drive import (
     BODY,

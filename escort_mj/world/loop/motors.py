@@ -6,9 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.control.failure import DEAD, STUCK
-from escort_mj.memory.layout import Plan, State
 from escort_mj.native.kernels import DOUBLE, vector_at
 from escort_mj.native.on_demand import on_demand
+from escort_mj.plan import Plan, State
 from escort_mj.robots.attitude import ROTORS
 from escort_mj.robots.drive import past_dead_zone
 from escort_mj.robots.quadrotor import pilot, push

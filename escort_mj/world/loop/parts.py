@@ -16,7 +16,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from escort_mj.memory.layout import Plan, State
 from escort_mj.monitor.clearances import MANY, note_pair
 from escort_mj.native.kernels import DOUBLE, double_at, inlined, pointer_at, stack_memory, vector_at
 from escort_mj.native.lanes import (
@@ -35,6 +34,7 @@ from escort_mj.native.lanes import (
 )
 from escort_mj.native.lanes import least as lesser
 from escort_mj.native.on_demand import on_demand
+from escort_mj.plan import Plan, State
 from escort_mj.world.loop.addresses import Addresses
 from escort_mj.world.loop.drives import DATA_CENTER, DATA_MASS_CENTER, DATA_MOTION
 from escort_mj.world.loop.layout import offset

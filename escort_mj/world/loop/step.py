@@ -13,7 +13,7 @@ from ctypes import c_int
 import mujoco
 
 from escort_mj.control.controller import evaluate
-from escort_mj.memory.layout import MAGIC, Plan, State, axes_of, unpack_plan, unpack_state
+from escort_mj.memory.layout import MAGIC, axes_of, unpack_plan, unpack_state
 from escort_mj.monitor.clearances import is_noted, note_step
 from escort_mj.monitor.contacts import begin, settle, touch, touch_overlaps, touch_what_stands
 from escort_mj.monitor.mass import INT, kinetic_energy, mass_block
@@ -32,6 +32,7 @@ from escort_mj.native.kernels import (
 )
 from escort_mj.native.lanes import copy_in, copy_numbers
 from escort_mj.native.on_demand import CLASSES, callback, on_demand
+from escort_mj.plan import Plan, State
 from escort_mj.world.loop.addresses import Addresses, behind, unpack_addresses
 from escort_mj.world.loop.drives import read_forces, read_headings, read_points
 from escort_mj.world.loop.layout import offset, size
