@@ -6,12 +6,14 @@ the speed at which they close, a what the motors can give beyond the disturbance
 |disturbance|) / mass, or what they gave where they gave all most of the time. A body that moves by itself
 gives the alarm only since its way, straight on, has led into half the safe distance of where the robot was at
 the time, and once to where it was at the touch, within a t^2 / 4, as far as half of the motors move the robot
-in the time t between: from one that turns or speeds up faster, no way to flee stays right. No alarm counts
-while the robot accelerates against all that its motors give, as one that skids or has to turn around first.
-From the alarm the rules fly the robot again, among the bodies as they moved: its velocity turns at the rate a
-into a constant one of at most max_speed. A flight is clear if it touches nothing until BEYOND the touch, and
-neither the body if that had gone straight on. A robot is boxed in where, besides, no velocity of at most
-max_speed satisfied the half planes r . (v - u) >= -approach(gap) of all bodies, with their velocities u.
+in the time t between: from one that turns or speeds up faster, no way to flee stays right. The robot can
+answer the alarm once it does not accelerate against all that its motors give, as one that skids or has to
+turn around first does. From then on the rules fly the robot again, among the bodies as they moved: its
+velocity turns at the rate a into a constant one of at most max_speed. A flight is clear if it touches nothing
+until BEYOND the touch, and neither the body if that had gone straight on. A robot is boxed in where, besides,
+no velocity of at most max_speed satisfied the half planes r . (v - u) >= -approach(gap) of all bodies, with
+their velocities u. What avoidance asked for is followed from the alarm itself, whether the robot could answer
+or not, with what the force limit gives: a robot is overtaxed where that was clear, and the motors gave all.
 """
 
 from __future__ import annotations
@@ -50,8 +52,8 @@ CAUSES = {
     "both as it moved and going straight on",
     BOXED_IN: "no flight is clear of all bodies, and at some time no velocity within max_speed satisfied the "
     "half planes of all",
-    OVERTAXED: "the flight that follows the reference velocities is clear, and most of the time the motors "
-    "gave all they can",
+    OVERTAXED: "the flight that follows the reference velocities from the alarm on, as the force limit "
+    "allows, is clear, and most of the time since the motors gave all they can",
 }
 """Causes in the order in which they are looked for, with their rules."""
 FORESIGHT = 1.0  # s
@@ -181,7 +183,7 @@ class _Scene:
 
     def _from_alarm(self, i: int, b: int, row: int) -> str:
         """Return the cause for a robot that met a body in a sample."""
-        alarm, end = self._alarm(i, b, row)
+        told, alarm, end = self._alarm(i, b, row)
         rows = slice(alarm, row + 1)
         if (np.abs(self.trace["disturbance"].values[rows, i]) > self.trace["force_limit"].values[i]).any():
             return DISTURBED
@@ -204,9 +206,14 @@ class _Scene:
                 return STARTED
             if self._boxed_in(i, rows, most, thrust):
                 return BOXED_IN
-        followed = self._followed(i, slice(alarm, row + 1), end, thrust)
-        safely = all(self._clear(i, body, alarm, end, followed).all() for body in self.place)
-        return OVERTAXED if safely and self._full(i, rows).mean() > MOSTLY else UNEXPLAINED
+        return OVERTAXED if self._overtaxed(i, slice(told, row + 1), end) else UNEXPLAINED
+
+    def _overtaxed(self, i: int, rows: slice, end: int) -> bool:
+        """Whether a robot's motors gave all since the alarm, and its reference velocities led clear."""
+        if self._full(i, rows).mean() <= MOSTLY:
+            return False
+        followed = self._followed(i, rows, end, self._can(i, rows))
+        return all(self._clear(i, body, rows.start, end, followed).all() for body in self.place)
 
     def _evades(
         self, i: int, b: int, alarm: int, end: int, wanted: Array, thrust: float
@@ -251,8 +258,8 @@ class _Scene:
         """Whether a body is a robot that was faster than any may be."""
         return b < self.robots and bool((np.linalg.norm(self.v[rows, b], axis=1) > self._fastest).any())
 
-    def _alarm(self, i: int, b: int, row: int) -> tuple[int, int]:
-        """Return the sample of the alarm, and until when flights are clear."""
+    def _alarm(self, i: int, b: int, row: int) -> tuple[int, int, int]:
+        """Return the samples of the alarm, when it can be answered, and until when flights run."""
         first = int(np.searchsorted(self.time, self.time[row] - FORESIGHT))
         rows = slice(first, row + 1)
         normal, gap = self._apart(b, rows, self.q[rows, i])
@@ -265,11 +272,12 @@ class _Scene:
         alarm = min(first + int(quiet[-1]) + 1, row) if len(quiet) else first
         if self._moves(b):
             alarm = max(alarm, self._turned(i, b, first, row))
-        alarm = max(alarm, self._answered(i, first, row))
-        if self._moves(b) and alarm > 0:
-            alarm = self._foreseen(b, alarm, row, self._thrust(i, alarm, row))
+        told, able = (
+            self._foreseen(b, each, row, self._thrust(i, each, row)) if self._moves(b) and each > 0 else each
+            for each in (alarm, max(alarm, self._answered(i, first, row)))
+        )
         end = int(np.searchsorted(self.time, self.time[row] + BEYOND))
-        return alarm, min(end, len(self.time) - 1)
+        return told, able, min(end, len(self.time) - 1)
 
     def _velocity(self, b: int, rows: int | slice) -> Array:
         """How fast a body came to where it is in some samples; 0 in the first [m/s]."""
@@ -359,15 +367,19 @@ class _Scene:
         That is what the force limit gives beyond the disturbance. Where the motors have given all they can
         most of the time, and less came of it, it is that: a vessel has to turn first.
         """
-        rows, limit = slice(first, last + 1), float(self.trace["force_limit"].values[i])
-        push = float(np.abs(self.trace["disturbance"].values[rows, i]).max())
-        can = max(limit - push, 0.0) / float(self.trace["robot_mass"].values[i])
+        rows, can = slice(first, last + 1), self._can(i, slice(first, last + 1))
         force, full = self._force(i, slice(first, last)), self._full(i, slice(first, last))
         if not len(full) or full.mean() <= MOSTLY:
             return can
         got = np.diff(self.v[rows, i], axis=0) / np.diff(self.time[rows])[:, np.newaxis]
         along = (got * force).sum(axis=1) / np.maximum(np.linalg.norm(force, axis=1), 1e-12)
         return min(can, max(float(along[full].mean()), 0.0))
+
+    def _can(self, i: int, rows: slice) -> float:
+        """Acceleration that the force limit of a robot gives beyond the disturbance [m/s^2]."""
+        push = float(np.abs(self.trace["disturbance"].values[rows, i]).max())
+        beyond = float(self.trace["force_limit"].values[i]) - push
+        return max(beyond, 0.0) / float(self.trace["robot_mass"].values[i])
 
     def _force(self, i: int, rows: slice) -> Array:
         """Return what a robot's motors are asked for in some samples, as far as they can give it [N]."""

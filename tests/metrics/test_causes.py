@@ -176,6 +176,40 @@ def test_a_robot_whose_motors_give_all_on_a_clear_way_is_overtaxed(
     assert causes_of(trace.assign(**changed))[0].cause == cause
 
 
+@pytest.fixture(scope="module")
+def crash() -> Any:
+    """A record of a robot that flies into a rock at 2 m/s, and when they touch."""
+    text = HEAD + "duration: 3\n" + AT_A_ROCK.replace("OUTER", "nsb").replace("BEHAVIORS", "")
+    trace = fly(parse_scenario(text)).recording
+    return trace, causes_of(trace)[0].time
+
+
+@pytest.mark.parametrize(
+    ("reference", "force", "cause"),
+    [(-1.0, -100.0, "overtaxed"), (2.0, -100.0, "unexplained"), (-1.0, -5.0, "unexplained")],
+    ids=["its references led clear", "they led into the rock", "it asks for little"],
+)
+def test_a_robot_that_skids_is_overtaxed_where_its_references_led_clear(
+    crash: Any, reference: float, force: float, cause: str
+) -> None:
+    """It stops, speeds up again for 0.2 s against motors that give all, and slows down too late."""
+    trace, touched = crash
+    left = touched - trace["time"].values
+    v = 2.0 - 3.0 * np.maximum(1.0 - left, 0.0) + 14.0 * np.clip(0.3 - left, 0.0, 0.2)
+    changed = {"v_d": vectors(trace, reference), "tau": vectors(trace, force), "v": vectors(trace, v)}
+    assert causes_of(trace.assign(**changed))[0].cause == cause
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("mission", [1212, 1490], ids=["a vessel that drifts", "a quadrotor that tilts"])
+def test_missions_of_the_safety_study_that_motors_decide(mission: int) -> None:
+    """One touch each of these had no cause while references were followed from the answer on."""
+    from benchmarks.safety import attempt
+
+    found = {touch.cause for touch in attempt(mission).touches}
+    assert "overtaxed" in found and "unexplained" not in found
+
+
 @pytest.mark.parametrize(("thrust", "foreseen"), [(9.0, True), (7.0, False)])
 def test_a_body_that_turns_faster_than_half_of_the_motors_is_not_foreseen(
     hit: Any, thrust: float, foreseen: bool
