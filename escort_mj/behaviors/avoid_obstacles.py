@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +13,7 @@ from pydantic import Field, NonNegativeFloat, PositiveFloat
 from escort_mj.behaviors.behavior import Behavior
 from escort_mj.behaviors.wish import Wish, along
 from escort_mj.components.obstacles import obstacle_places
+from escort_mj.components.setup import MissionSetup
 from escort_mj.knowledge.teammates import find_nearest_heard
 from escort_mj.native.kernels import inlined
 from escort_mj.native.lanes import (
@@ -33,9 +34,6 @@ from escort_mj.native.lanes import (
 )
 from escort_mj.numerics.neighbors import candidate, number_of_candidates, seen_neighbors
 from escort_mj.plan import Plan, State
-
-if TYPE_CHECKING:
-    from escort_mj.control.setup import Setup
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -85,6 +83,26 @@ class AvoidObstacles(Behavior):
         avoids = [each for each in behaviors if isinstance(each, AvoidObstacles)]
         return max((a.safe_distance + radius * (a.measure == "surface") for a in avoids), default=radius)
 
+    @property
+    def looks_within(self) -> float:
+        """Distance from which on it makes no difference to it by how much an obstacle is farther [m]."""
+        return self.safe_distance
+
+    def distance_of_teammates(self, setup: MissionSetup) -> float:
+        """Return the safe distance between teammates [m]; 0 where teammates do not count as obstacles."""
+        if not self.teammates:
+            return 0.0
+        if self.teammate_distance is not None:
+            return self.teammate_distance
+        if not len(setup.spacing):
+            return self.safe_distance
+        bodies = 2.0 * float(setup.robot_radius.max()) if self.measure == "surface" else 0.0
+        return min(self.safe_distance, max(0.5 * (float(setup.spacing.min()) - bodies), 0.0))
+
+    def hears(self, setup: MissionSetup) -> bool:
+        """Whether robots keep away from teammates that they hear, instead of those that they see."""
+        return self.teammates == HEARD and setup.radio is not None
+
     @classmethod
     def numbers(cls) -> dict[str, type]:
         """Return its parameters as kernels see them; a null `teammate_distance` is the mission's own."""
@@ -93,10 +111,10 @@ class AvoidObstacles(Behavior):
             "gain": int, "gain_margin": float, "sidestep": float,
         }  # fmt: skip
 
-    def packed(self, setup: Setup | None = None) -> dict[str, float]:
+    def packed(self, setup: MissionSetup | None = None) -> dict[str, float]:
         """Return its parameters as numbers, 0 for the distance to teammates that do not count."""
         assert setup is not None
-        distance, hears = setup.teammate_distance(self), setup.hears(self)
+        distance, hears = self.distance_of_teammates(setup), self.hears(setup)
         return {
             "safe_distance": self.safe_distance, "measure": float(self.measure == "surface"),
             "teammate_distance": distance * (not hears), "heard_distance": distance * hears,

@@ -39,6 +39,16 @@ class Behavior(Component):
     behavior: str
 
     @property
+    def looks_within(self) -> float:
+        """Distance from which on it makes no difference to it by how much an obstacle is farther [m]."""
+        return 0.0
+
+    @property
+    def bids(self) -> bool:
+        """Whether robots bid for the places that it gives them."""
+        return False
+
+    @property
     def guards(self) -> bool:
         """Whether it sends robots against opponents."""
         return False

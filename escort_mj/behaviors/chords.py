@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from pydantic import PositiveFloat
@@ -15,12 +15,10 @@ from escort_mj.behaviors.wish import (
     keep_distance,
     look_at_others,
 )
+from escort_mj.components.setup import MissionSetup
 from escort_mj.native.fields import Array, Fields, Value
 from escort_mj.native.lanes import everywhere, root, row_of, set_row, stack_rows
 from escort_mj.plan import Plan, State
-
-if TYPE_CHECKING:
-    from escort_mj.control.setup import Setup
 
 
 class ChordParameters(Fields):
@@ -30,7 +28,7 @@ class ChordParameters(Fields):
     chord_length: Annotated[float, Value("m", "distance to keep from it")]
 
     @classmethod
-    def packed(cls, setup: Setup) -> dict[str, Any]:
+    def packed(cls, setup: MissionSetup) -> dict[str, Any]:
         """Return the values of the fields for a mission."""
         arrangement = setup.arrangement
         return {

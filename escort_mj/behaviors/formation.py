@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field
@@ -11,14 +11,12 @@ from pydantic import Field
 from escort_mj.behaviors.goal import Headed, toward_goal
 from escort_mj.behaviors.wish import Wish
 from escort_mj.components.parameters import Vector
+from escort_mj.components.setup import MissionSetup
 from escort_mj.components.waypoint import Waypoint
 from escort_mj.native.fields import Array, Fields, Value
 from escort_mj.native.on_demand import on_demand
 from escort_mj.numerics.program import evaluate_program
 from escort_mj.plan import Plan, State
-
-if TYPE_CHECKING:
-    from escort_mj.control.setup import Setup
 
 ALONG = "along"  # in place of a heading
 TURNED = 3  # functions of a frame beside its position: cosine and sine of its heading, and its scale
@@ -37,7 +35,7 @@ class FormationParameters(Fields):
     formation_follows: Annotated[Array, "formations", Value("1", "1 where the frame is the target's")]
 
     @classmethod
-    def packed(cls, setup: Setup) -> dict[str, Any]:
+    def packed(cls, setup: MissionSetup) -> dict[str, Any]:
         """Return the values of the fields for a mission."""
         frames = setup.formations
         return {

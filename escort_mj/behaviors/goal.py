@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from pydantic import Discriminator, Field, PositiveFloat, Tag
@@ -11,14 +11,12 @@ from escort_mj.behaviors.behavior import Behavior
 from escort_mj.behaviors.wish import Wish, across
 from escort_mj.components.parameters import Vector
 from escort_mj.components.random_placement import RandomPlacement
+from escort_mj.components.setup import MissionSetup
 from escort_mj.native.fields import Array, Fields, Value
 from escort_mj.native.kernels import inlined
 from escort_mj.native.lanes import everywhere, load_rows, root, row_of, set_row, stack_rows, there, where
 from escort_mj.native.on_demand import on_demand
 from escort_mj.plan import Plan, State
-
-if TYPE_CHECKING:
-    from escort_mj.control.setup import Setup
 
 POINT, WAYPOINTS, LISTED, NAMED, DRAWN = "a point", "waypoints", "listed", "named", "drawn"
 
@@ -64,7 +62,7 @@ class GoalParameters(Fields):
     goal_phase: Annotated[Array, "goal_stacks", Value("1", "phase that the behavior is of")]
 
     @classmethod
-    def packed(cls, setup: Setup) -> dict[str, Any]:
+    def packed(cls, setup: MissionSetup) -> dict[str, Any]:
         """Return the values of the fields for a mission."""
         lists = [points for goals in setup.goals for points in goals]
         counts = [len(points) for points in lists]

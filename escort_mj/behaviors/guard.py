@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, ClassVar, Literal
+from typing import Any, ClassVar, Literal
 
 from pydantic import PositiveFloat
 
 from escort_mj.behaviors.behavior import Behavior
 from escort_mj.behaviors.wish import Wish, square_of
 from escort_mj.components.parameters import UNLIMITED
+from escort_mj.components.setup import MissionSetup
 from escort_mj.components.teams import radius_rows
 from escort_mj.knowledge.belief import target_rows, target_velocity_rows
 from escort_mj.native.fields import Array
@@ -27,9 +28,6 @@ from escort_mj.native.lanes import (
     where,
 )
 from escort_mj.plan import Plan, State
-
-if TYPE_CHECKING:
-    from escort_mj.control.setup import Setup
 
 NEAR = 1e-9  # m
 
@@ -65,7 +63,7 @@ class Guard(Behavior):
         """Return its parameters as kernels see them."""
         return {"distance": float, "alert": float, "gain": float}
 
-    def packed(self, setup: Setup | None = None) -> dict[str, float]:
+    def packed(self, setup: MissionSetup | None = None) -> dict[str, float]:
         """Return its parameters as numbers."""
         return {"distance": self.distance or 0.0, "alert": self.alert or UNLIMITED, "gain": self.gain}
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, ClassVar, Literal
+from typing import Any, ClassVar, Literal
 
 from pydantic import PositiveFloat
 
@@ -10,6 +10,7 @@ from escort_mj.behaviors.behavior import Behavior
 from escort_mj.behaviors.guard import guarding_lanes
 from escort_mj.behaviors.wish import Wish, square_of
 from escort_mj.components.parameters import UNLIMITED
+from escort_mj.components.setup import MissionSetup
 from escort_mj.knowledge.belief import target_rows, target_velocity_rows
 from escort_mj.native.fields import Array
 from escort_mj.native.kernels import inlined
@@ -27,9 +28,6 @@ from escort_mj.native.lanes import (
     where,
 )
 from escort_mj.plan import Plan, State
-
-if TYPE_CHECKING:
-    from escort_mj.control.setup import Setup
 
 
 class Intercept(Behavior):
@@ -65,7 +63,7 @@ class Intercept(Behavior):
         """Return its parameters as kernels see them."""
         return {"opponents": bool, "alert": float, "speed": float, "within": float, "gain": float}
 
-    def packed(self, setup: Setup | None = None) -> dict[str, float]:
+    def packed(self, setup: MissionSetup | None = None) -> dict[str, float]:
         """Return its parameters as numbers."""
         return {
             "opponents": float(self.guards),
@@ -80,7 +78,7 @@ class Intercept(Behavior):
         """Whether it sends robots against opponents."""
         return self.quarry == "opponents"
 
-    def pace(self, setup: Setup | None) -> float:
+    def pace(self, setup: MissionSetup | None) -> float:
         """Return the speed of the robots, as far as their limit allows it [m/s]."""
         most = UNLIMITED if setup is None else min(setup.max_speed, UNLIMITED)
         return most if self.speed is None else min(self.speed, most)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +13,7 @@ from escort_mj.behaviors.avoid_obstacles import AvoidObstacles
 from escort_mj.behaviors.behavior import Behavior
 from escort_mj.behaviors.wish import Wish, along, keep_distance, look_at_target
 from escort_mj.components.obstacles import obstacles_seen
+from escort_mj.components.setup import MissionSetup
 from escort_mj.components.teams import radius_of, radius_rows
 from escort_mj.native.fields import Array as Field
 from escort_mj.native.fields import Fields, Value
@@ -22,9 +23,6 @@ from escort_mj.native.on_demand import on_demand
 from escort_mj.numerics.formation import widest_spacing
 from escort_mj.numerics.program import evaluate_program
 from escort_mj.plan import Plan, State
-
-if TYPE_CHECKING:
-    from escort_mj.control.setup import Setup
 
 Array = NDArray[np.float64]
 
@@ -43,7 +41,7 @@ class RadiusParameters(Fields):
     ]
 
     @classmethod
-    def packed(cls, setup: Setup) -> dict[str, Any]:
+    def packed(cls, setup: MissionSetup) -> dict[str, Any]:
         """Return the values of the fields for a mission."""
         own = [surface for _, surface in setup.numbered(Surface) if surface.changes]
         return {
@@ -51,8 +49,8 @@ class RadiusParameters(Fields):
             "radius_least": [surface.least_radius(setup) for surface in own],
             "radius_margin": [_margin(setup)] * len(own),
             "radius_place": [
-                max((each.place(setup) for each in phase.behaviors if isinstance(each, Surface)), default=-1)
-                for phase in setup.all_phases
+                max((each.place(setup) for each in stack if isinstance(each, Surface)), default=-1)
+                for stack in setup.stacks
             ],
         }
 
@@ -85,7 +83,7 @@ class Surface(Behavior):
         """Return its parameters as kernels see them: the gain, and which of the radii that change is its."""
         return {"gain": float, "place": int}
 
-    def packed(self, setup: Setup | None = None) -> dict[str, float]:
+    def packed(self, setup: MissionSetup | None = None) -> dict[str, float]:
         """Return its parameters as numbers."""
         return {"gain": self.gain, "place": -1.0 if setup is None else float(self.place(setup))}
 
@@ -94,18 +92,18 @@ class Surface(Behavior):
         """Whether it has a radius of its own."""
         return self.fit or self.radius is not None
 
-    def place(self, setup: Setup) -> int:
+    def place(self, setup: MissionSetup) -> int:
         """Return its place among the behaviors whose radius changes; -1 where it does not."""
         own = [surface for _, surface in setup.numbered(Surface) if surface.changes]
         return own.index(self) if self.changes else -1
 
-    def least_radius(self, setup: Setup) -> float:
+    def least_radius(self, setup: MissionSetup) -> float:
         """Return the radius below which the team does not shrink [m]."""
         if self.least is not None:
             return self.least
         body = float(setup.robot_radius.max())
         avoids = [each for each in setup.all_behaviors if isinstance(each, AvoidObstacles)]
-        apart = max((2.0 * body + setup.teammate_distance(each) for each in avoids), default=2.0 * body)
+        apart = max((2.0 * body + each.distance_of_teammates(setup) for each in avoids), default=2.0 * body)
         return max(
             apart / widest_spacing(setup.count, setup.axes, 1.0),
             body + (setup.target_radius or 0.0) + setup.outer.target_margin(setup),
@@ -122,7 +120,7 @@ class Surface(Behavior):
         return along(weight, everywhere(1.0), abs(error + (ahead - radius)))
 
 
-def _margin(setup: Setup) -> float:
+def _margin(setup: MissionSetup) -> float:
     return AvoidObstacles.margin(setup.all_behaviors, float(setup.robot_radius.max()))
 
 

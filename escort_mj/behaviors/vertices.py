@@ -8,14 +8,14 @@ is the paper's condition for tasks without conflict (eq. 19).
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from pydantic import PositiveFloat
 
 from escort_mj.behaviors.behavior import Behavior
 from escort_mj.behaviors.wish import Wish, across, look_at_target, square_of
+from escort_mj.components.setup import MissionSetup
 from escort_mj.components.teams import radius_rows
 from escort_mj.knowledge.auction import know_vertices
 from escort_mj.knowledge.belief import target_place
@@ -39,9 +39,6 @@ from escort_mj.native.lanes import (
 )
 from escort_mj.plan import Plan, State
 
-if TYPE_CHECKING:
-    from escort_mj.control.setup import Setup
-
 
 class VertexParameters(Fields):
     """The even figure of all robots; no vertices where no behavior asks for them."""
@@ -49,7 +46,7 @@ class VertexParameters(Fields):
     vertices: Annotated[Array, "vertices", "p", Value("1", "unit vector of each robot's vertex")]
 
     @classmethod
-    def packed(cls, setup: Setup) -> dict[str, Any]:
+    def packed(cls, setup: MissionSetup) -> dict[str, Any]:
         """Return the values of the fields for a mission."""
         return {"vertices": setup.figure.vertices if setup.figure else np.zeros((0, setup.axes))}
 
@@ -75,14 +72,10 @@ class Vertices(Behavior):
 
     python_only: ClassVar[frozenset[str]] = frozenset({"behavior", "assignment"})
 
-    @staticmethod
-    def auctioned(behaviors: Iterable[Behavior]) -> bool:
-        """Return whether robots bid for their vertices.
-
-        Args:
-            behaviors: Of the mission.
-        """
-        return any(isinstance(each, Vertices) and each.assignment == "auction" for each in behaviors)
+    @property
+    def bids(self) -> bool:
+        """Whether robots bid for their vertices."""
+        return self.assignment == "auction"
 
     def wish_lanes(self, i: int, plan: Plan, state: State, x: Array, wish: Array, at: int) -> Wish:
         """Return the task across the way to the target: toward the robot's vertex, R u_i - (q_i - c)."""

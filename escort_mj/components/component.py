@@ -2,17 +2,15 @@
 
 from collections.abc import Callable, Sequence
 from functools import cache
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, NamedTuple, get_args, get_origin
+from typing import Annotated, Any, ClassVar, Literal, NamedTuple, get_args, get_origin
 
 from pydantic import ConfigDict
 
 from escort_mj.components.parameters import NAME_KEYS, Parameters
+from escort_mj.components.setup import MissionSetup
 from escort_mj.native.fields import Array, Fields, Value
 from escort_mj.native.kernels import reachable
 from escort_mj.native.memory import Layout, viewer
-
-if TYPE_CHECKING:
-    from escort_mj.control.setup import Setup
 
 OUTSIDE = -1  # in place of a component's number: what it would compute is written from outside, between steps
 
@@ -86,7 +84,7 @@ class Component(Parameters):
             found[name] = kind
         return found
 
-    def packed(self, setup: "Setup | None" = None) -> dict[str, float]:
+    def packed(self, setup: MissionSetup | None = None) -> dict[str, float]:
         """Return its parameters as numbers.
 
         Args:

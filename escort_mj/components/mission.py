@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
+from escort_mj.components.setup import MissionSetup
 from escort_mj.native.fields import Array, Fields, Recorded, Value
-
-if TYPE_CHECKING:
-    from escort_mj.control.setup import Setup
 
 
 class MissionParameters(Fields):
@@ -24,7 +22,7 @@ class MissionParameters(Fields):
     force_limit: Annotated[Array, "n", Value("N", "largest force per axis; 1e300 for no limit")]
 
     @classmethod
-    def packed(cls, setup: Setup) -> dict[str, Any]:
+    def packed(cls, setup: MissionSetup) -> dict[str, Any]:
         """Return the values of the fields for a mission."""
         names = (
             "timestep",

@@ -12,17 +12,15 @@ their policy wants.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import numpy as np
 
+from escort_mj.components.setup import MissionSetup
 from escort_mj.native.fields import Array, Fields, Recorded, Value
 from escort_mj.native.on_demand import on_demand
 from escort_mj.numerics.program import evaluate_program
 from escort_mj.plan import Plan, State
-
-if TYPE_CHECKING:
-    from escort_mj.control.setup import Setup
 
 MEMORY = 8  # numbers that a policy keeps for each body
 TARGET = -1.0  # in the place of an obstacle
@@ -44,7 +42,7 @@ class MoverParameters(Fields):
     ]
 
     @classmethod
-    def packed(cls, setup: Setup) -> dict[str, Any]:
+    def packed(cls, setup: MissionSetup) -> dict[str, Any]:
         """Return the values of the fields for a mission."""
         return {
             "mover_mass": [mover.mass for mover in setup.movers],

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
+from escort_mj.components.setup import MissionSetup
 from escort_mj.native.fields import Array, Fields, Recorded, Value
 from escort_mj.native.kernels import inlined, merged
 from escort_mj.native.lanes import Lanes, everywhere, lane_numbers, least, pick
 from escort_mj.plan import Plan, State
-
-if TYPE_CHECKING:
-    from escort_mj.control.setup import Setup
 
 
 class ObstacleParameters(Fields):
@@ -28,7 +26,7 @@ class ObstacleParameters(Fields):
     ]
 
     @classmethod
-    def packed(cls, setup: Setup) -> dict[str, Any]:
+    def packed(cls, setup: MissionSetup) -> dict[str, Any]:
         """Return the values of the fields for a mission."""
         return {name: getattr(setup, name) for name in cls.__annotations__}
 

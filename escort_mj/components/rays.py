@@ -7,42 +7,19 @@ convex body is one stretch of it, from `first` to `last`; where it misses the bo
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
+from typing import Annotated, Any
 
 import numpy as np
 
+from escort_mj.components.setup import MissionSetup
 from escort_mj.native.fields import Array, Fields, Value
 from escort_mj.native.kernels import inlined, kernel, stack_memory, vector_at
 from escort_mj.plan import Plan, State
-
-if TYPE_CHECKING:
-    from escort_mj.control.setup import Setup
 
 KINDS = {"sphere": 2, "capsule": 3, "ellipsoid": 4, "cylinder": 5, "box": 6, "mesh": 7}
 """Shapes, numbered as in MuJoCo."""
 CAPSULE, ELLIPSOID, CYLINDER, BOX, MESH = 3, 4, 5, 6, 7
 PARALLEL = 1e-200
-
-
-class Shape(NamedTuple):
-    """One obstacle as lines meet it.
-
-    Attributes:
-        kind: Number in KINDS.
-        size: Half-sizes and radii as MuJoCo has them, shape (3,) [m]; 0 where there are fewer.
-        turn: From its own axes to the world's, shape (3, 3).
-        lift: How far its center is above the plane of a planar mission [m].
-        reach: Radius of a ball around its center that contains it [m].
-        planes: Faces of a mesh in its own axes: outward normal, and minus the distance of the face from the
-            center [m], shape (k, 4).
-    """
-
-    kind: int
-    size: Array
-    turn: Array
-    lift: float
-    reach: float
-    planes: Array
 
 
 class ShapeParameters(Fields):
@@ -58,7 +35,7 @@ class ShapeParameters(Fields):
     ]
 
     @classmethod
-    def packed(cls, setup: Setup) -> dict[str, Any]:
+    def packed(cls, setup: MissionSetup) -> dict[str, Any]:
         """Return the values of the fields for a mission."""
         shapes = setup.shapes
         planes = [np.insert(shape.planes, 0, number, axis=1) for number, shape in enumerate(shapes)]

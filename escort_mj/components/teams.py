@@ -2,43 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
+from typing import Annotated, Any
 
+from escort_mj.components.setup import MissionSetup
 from escort_mj.native.fields import Array, Fields, Recorded, Value
 from escort_mj.native.kernels import inlined
 from escort_mj.native.lanes import Lanes, everywhere, greatest, load, pick, set_row
 from escort_mj.plan import Plan, State
-
-if TYPE_CHECKING:
-    from escort_mj.control.setup import Setup
-
-
-class EscortTeam(NamedTuple):
-    """Robots that escort targets together.
-
-    Attributes:
-        name: As the scenario has it.
-        robots: Its members at the start, from 0.
-        targets: Which obstacles its targets at the start are, from 0.
-        radius: Distance to keep from the middle of its targets at the start [m].
-        demand: From when on how many robots it needs, in order of time [s].
-        escorts: From when on [s] which of these targets, as an obstacle, has which team, from 0, -1 for none;
-            those of a target in order of time.
-        radii: From when on [s] it keeps which other distance [m], in order of time.
-    """
-
-    name: str
-    robots: tuple[int, ...]
-    targets: tuple[int, ...]
-    radius: float
-    demand: tuple[tuple[float, int], ...] = ()
-    escorts: tuple[tuple[float, int, int], ...] = ()
-    radii: tuple[tuple[float, float], ...] = ()
-
-    @property
-    def all_radii(self) -> list[float]:
-        """All distances that it keeps at any time [m]."""
-        return [self.radius, *(radius for _, radius in self.radii)]
 
 
 class TeamParameters(Fields):
@@ -63,7 +33,7 @@ class TeamParameters(Fields):
     escort_team: Annotated[Array, "escorts", Value("1", "team that escorts it, from 1; 0 for none")]
 
     @classmethod
-    def packed(cls, setup: Setup) -> dict[str, Any]:
+    def packed(cls, setup: MissionSetup) -> dict[str, Any]:
         """Return the values of the fields for a mission."""
         numbered = [*enumerate(setup.teams, 1)]
         demands = [(number, *demand) for number, team in numbered for demand in team.demand]

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 from escort_mj.components.component import number_of, reader
 from escort_mj.components.dispatch import one_of
 from escort_mj.components.movers import COMES, COMMANDED, NO_POLICY
+from escort_mj.components.setup import MissionSetup
 from escort_mj.control.custom.calls import custom_policy
 from escort_mj.control.nsb import block_at
 from escort_mj.control.opponents import aim, turn_back
@@ -18,9 +19,6 @@ from escort_mj.plan import Plan, State
 from escort_mj.policies import POLICIES, Policy
 from escort_mj.policies.learned import packed_networks
 from escort_mj.policies.policy import ACTS, RESTS, policy_view
-
-if TYPE_CHECKING:
-    from escort_mj.control.setup import Setup
 
 
 class PolicyParameters(Fields):
@@ -33,7 +31,7 @@ class PolicyParameters(Fields):
     networks: Annotated[Array, "networks", Value("1", "of learned policies, see `packed_networks`")]
 
     @classmethod
-    def packed(cls, setup: Setup) -> dict[str, Any]:
+    def packed(cls, setup: MissionSetup) -> dict[str, Any]:
         """Return the values of the fields for a mission."""
         opponents = {each.obstacle for each in setup.opponents} if setup.opponents_outside else set()
         kinds = [

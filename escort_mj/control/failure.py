@@ -3,22 +3,20 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, NonNegativeFloat, PositiveFloat, PositiveInt
 
 from escort_mj.components.parameters import UNLIMITED, Parameters
+from escort_mj.components.setup import MissionSetup
 from escort_mj.native.fields import Array, Fields, Value
 from escort_mj.native.kernels import inlined
 from escort_mj.native.on_demand import on_demand
 from escort_mj.numerics.noise import uniform
 from escort_mj.numerics.reform import ALTERNATIONS, SAME, reform
 from escort_mj.plan import Plan, State
-
-if TYPE_CHECKING:
-    from escort_mj.control.setup import Setup
 
 Mask = NDArray[np.bool_]
 
@@ -36,7 +34,7 @@ class FailureParameters(Fields):
     failure_force: Annotated[Array, "failing", Value("N", "largest force of mad motors")]
 
     @classmethod
-    def packed(cls, setup: Setup) -> dict[str, Any]:
+    def packed(cls, setup: MissionSetup) -> dict[str, Any]:
         """Return the values of the fields for a mission."""
         never = [UNLIMITED, DEAD, UNLIMITED, 0.0]
         table = np.tile(never, (setup.count if setup.failures else 0, 1))

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cache
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import numpy as np
 
 from escort_mj.components.component import OUTSIDE, number_of, reader
 from escort_mj.components.dispatch import one_of
+from escort_mj.components.setup import MissionSetup
 from escort_mj.control.custom.calls import custom_law
 from escort_mj.laws import LAWS, ApdSmc, Law
 from escort_mj.laws.evaluation import evaluation_by, memory_by
@@ -19,10 +20,6 @@ from escort_mj.native.kernels import DOUBLE, data_address, inlined, inlined_once
 from escort_mj.native.lanes import WIDTH, Lanes, copy_lanes, load, store, where
 from escort_mj.native.on_demand import on_demand
 from escort_mj.plan import Plan, State
-
-if TYPE_CHECKING:
-    from escort_mj.control.setup import Setup
-
 
 OF_TEAMS = len(LAWS) + 1
 """In place of a law's number: each team has its own."""
@@ -46,7 +43,7 @@ class InnerLoopParameters(Fields):
     team_filter: Annotated[Array, "laws", Value("s", "its acceleration_filter")]
 
     @classmethod
-    def packed(cls, setup: Setup) -> dict[str, Any]:
+    def packed(cls, setup: MissionSetup) -> dict[str, Any]:
         """Return the values of the fields for a mission."""
         law, number = setup.law, OF_TEAMS if setup.laws else number_of(setup.law, LAWS)
         return {

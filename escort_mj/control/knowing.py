@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.components.component import number_of, reader
 from escort_mj.components.dispatch import one_of
+from escort_mj.components.setup import MissionSetup
 from escort_mj.control.custom.calls import custom_estimator
 from escort_mj.control.nsb import block_at
 from escort_mj.estimators import ESTIMATORS, Estimator
@@ -25,9 +26,6 @@ from escort_mj.native.lanes import WIDTH, everywhere, load, load_rows, row_of, s
 from escort_mj.native.on_demand import on_demand
 from escort_mj.numerics.gaussian import START, normals
 from escort_mj.plan import Plan, State
-
-if TYPE_CHECKING:
-    from escort_mj.control.setup import Setup
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -47,7 +45,7 @@ class EstimatorParameters(Fields):
     ]
 
     @classmethod
-    def packed(cls, setup: Setup) -> dict[str, Any]:
+    def packed(cls, setup: MissionSetup) -> dict[str, Any]:
         """Return the values of the fields for a mission."""
         return {
             "estimator": number_of(setup.estimator, ESTIMATORS),

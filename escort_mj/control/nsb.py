@@ -12,7 +12,7 @@ projected by everything of higher priority, so that the speed limit can be spent
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +23,7 @@ from escort_mj.behaviors.wish import MAX_DIRECTIONS, MAX_LEVELS, Wish
 from escort_mj.components.component import number_of, reader
 from escort_mj.components.dispatch import one_of
 from escort_mj.components.parameters import UNLIMITED
+from escort_mj.components.setup import MissionSetup
 from escort_mj.control.custom.calls import custom_wishes
 from escort_mj.knowledge.belief import target_velocity_rows
 from escort_mj.native.fields import Array, Fields, Value
@@ -46,9 +47,6 @@ from escort_mj.native.lanes import (
 )
 from escort_mj.plan import Plan, State
 
-if TYPE_CHECKING:
-    from escort_mj.control.setup import Setup
-
 Mask = NDArray[np.bool_]
 
 ROUNDING = 1e-12
@@ -68,7 +66,7 @@ class StackParameters(Fields):
     alike: Annotated[bool, Value("1", "whether all robots run one stack at every step")]
 
     @classmethod
-    def packed(cls, setup: Setup) -> dict[str, Any]:
+    def packed(cls, setup: MissionSetup) -> dict[str, Any]:
         """Return the values of the fields for a mission."""
         behaviors = setup.all_behaviors
         return {

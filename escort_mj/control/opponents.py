@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 from escort_mj.components.movers import COMES, INTERCEPTED, REACHED, WAITS
+from escort_mj.components.setup import MissionSetup
 from escort_mj.components.teams import team_of
 from escort_mj.native.fields import Array, Fields, Value
 from escort_mj.native.kernels import inlined, merged
 from escort_mj.native.on_demand import on_demand
 from escort_mj.plan import Plan, State
-
-if TYPE_CHECKING:
-    from escort_mj.control.setup import Setup
 
 NOT_ONE = -1.0  # of the opponents
 KEPT = 0.8  # of the distance: what another robot has to beat to take over a threat
@@ -32,7 +30,7 @@ class OpponentParameters(Fields):
     target_size: Annotated[float, Value("m", "radius of the target")]
 
     @classmethod
-    def packed(cls, setup: Setup) -> dict[str, Any]:
+    def packed(cls, setup: MissionSetup) -> dict[str, Any]:
         """Return the values of the fields for a mission."""
         places = [opponent.obstacle for opponent in setup.opponents]
         movers = [mover.obstacle for mover in setup.movers]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
+from typing import Annotated, Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,14 +11,12 @@ from numpy.typing import NDArray
 from escort_mj.behaviors import Behavior
 from escort_mj.components.obstacles import obstacles_seen
 from escort_mj.components.parameters import Parameters
+from escort_mj.components.setup import MissionSetup
 from escort_mj.knowledge.belief import target_place
 from escort_mj.native.fields import Array, Fields, Value
 from escort_mj.native.kernels import inlined, merged
 from escort_mj.native.on_demand import on_demand
 from escort_mj.plan import Plan, State
-
-if TYPE_CHECKING:
-    from escort_mj.control.setup import Setup
 
 Mask = NDArray[np.bool_]
 
@@ -49,9 +47,9 @@ class SupervisorParameters(Fields):
     phase_members: Annotated[Array, "phases", Value("1", "team that it rules, from 1; 0 for all robots")]
 
     @classmethod
-    def packed(cls, setup: Setup) -> dict[str, Any]:
+    def packed(cls, setup: MissionSetup) -> dict[str, Any]:
         """Return the values of the fields for a mission."""
-        phases = setup.all_phases
+        phases = [ControlPhase("", setup.behaviors), *setup.phases]
         conditions = [phase.when for phase in phases]
         return {
             "phase_first": np.cumsum([0, *(len(phase.behaviors) for phase in phases[:-1])]),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +11,7 @@ from pydantic import NonNegativeFloat, PositiveFloat
 
 from escort_mj.behaviors.wish import MAX_DIRECTIONS
 from escort_mj.components.parameters import Parameters
+from escort_mj.components.setup import MissionSetup
 from escort_mj.control.nsb import wish
 from escort_mj.knowledge.belief import target_place, target_speed
 from escort_mj.native.fields import Array, Fields, Value
@@ -18,9 +19,6 @@ from escort_mj.native.kernels import inlined, merged
 from escort_mj.native.lanes import WIDTH, any_of, everywhere, load, stack_rows, store, where
 from escort_mj.native.on_demand import on_demand
 from escort_mj.plan import Plan, State
-
-if TYPE_CHECKING:
-    from escort_mj.control.setup import Setup
 
 Mask = NDArray[np.bool_]
 
@@ -56,7 +54,7 @@ class TriggerParameters(Fields):
     trigger_longest: Annotated[float, Value("s", "most time between two updates")]
 
     @classmethod
-    def packed(cls, setup: Setup) -> dict[str, Any]:
+    def packed(cls, setup: MissionSetup) -> dict[str, Any]:
         """Return the values of the fields for a mission."""
         trigger = setup.trigger
         return {

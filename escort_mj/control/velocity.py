@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 from escort_mj.components.component import OUTSIDE, number_of, reader
 from escort_mj.components.dispatch import one_of
+from escort_mj.components.setup import MissionSetup
 from escort_mj.control.nsb import block_at, compose, ruled
 from escort_mj.control.outer_loops import OUTER_LOOPS, OuterLoop
 from escort_mj.native.fields import Fields, Value
@@ -14,9 +15,6 @@ from escort_mj.native.kernels import inlined, reachable
 from escort_mj.native.lanes import any_of, everywhere, load, store, where
 from escort_mj.native.on_demand import on_demand
 from escort_mj.plan import Plan, State
-
-if TYPE_CHECKING:
-    from escort_mj.control.setup import Setup
 
 
 class OuterLoopParameters(Fields):
@@ -29,7 +27,7 @@ class OuterLoopParameters(Fields):
     outer_meets: Annotated[bool, Value("1", "whether the velocities of teammates matter to it")]
 
     @classmethod
-    def packed(cls, setup: Setup) -> dict[str, Any]:
+    def packed(cls, setup: MissionSetup) -> dict[str, Any]:
         """Return the values of the fields for a mission."""
         return {
             "outer": OUTSIDE if setup.outside else number_of(setup.outer, OUTER_LOOPS),

@@ -112,7 +112,7 @@ class Senses:
         settings |= {"begin": columns("q", sizes).start, "end": columns("disturbance", sizes).stop}
         settings |= {"safe": max(safe)} if max(safe, default=0.0) > 0.0 else {"safe": 1.0, "clearance": 0.0}
         settings["sight"] = float(
-            not any(world.setup.hears(b) for b in world.setup.all_behaviors if isinstance(b, AvoidObstacles))
+            not any(b.hears(world.setup) for b in world.setup.all_behaviors if isinstance(b, AvoidObstacles))
         )
         even = np.ones(max(len(world.setup.teams), 1) * n)
         self._settings = np.tile(np.append(list(settings.values()), even), (count, 1))

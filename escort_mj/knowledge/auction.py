@@ -9,14 +9,12 @@ worth does not change, so bids only rise: lost, late and repeated messages do no
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
+from escort_mj.components.setup import MissionSetup
 from escort_mj.native.fields import Array, Fields, Value
 from escort_mj.native.kernels import inlined
 from escort_mj.plan import Plan, State
-
-if TYPE_CHECKING:
-    from escort_mj.control.setup import Setup
 
 ABOVE_ALL = 2.0  # added to the cosine between robot and vertex: bids are positive
 NEAR = 1e-9  # m
@@ -28,7 +26,7 @@ class AuctionParameters(Fields):
     auctioned: Annotated[bool, Value("1", "whether robots bid for their vertices")]
 
     @classmethod
-    def packed(cls, setup: Setup) -> dict[str, Any]:
+    def packed(cls, setup: MissionSetup) -> dict[str, Any]:
         """Return the values of the fields for a mission."""
         return {"auctioned": setup.auctioned}
 

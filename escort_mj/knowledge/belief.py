@@ -7,16 +7,14 @@ Applications to Tracking and Navigation, 2001, sections 6.2.2 and 6.2.3).
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
+from escort_mj.components.setup import MissionSetup
 from escort_mj.components.teams import of_teams
 from escort_mj.native.fields import Array, Fields, Value
 from escort_mj.native.kernels import inlined, merged
 from escort_mj.native.lanes import everywhere, load_rows, set_row
 from escort_mj.plan import Plan, State
-
-if TYPE_CHECKING:
-    from escort_mj.control.setup import Setup
 
 LEAST_VARIANCE = 1e-12  # of what is known exactly [m^2 or m^2/s^2]
 
@@ -30,7 +28,7 @@ class BeliefParameters(Fields):
     ]
 
     @classmethod
-    def packed(cls, setup: Setup) -> dict[str, Any]:
+    def packed(cls, setup: MissionSetup) -> dict[str, Any]:
         """Return the values of the fields for a mission."""
         return {"informed": setup.informed, "start_deviation": setup.start_deviation}
 

@@ -3,19 +3,17 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.components.rays import is_between
+from escort_mj.components.setup import MissionSetup
 from escort_mj.native.fields import Array, Fields, Value
 from escort_mj.native.kernels import inlined, stack_memory, vector_at
 from escort_mj.numerics.gaussian import RADIO, fractions
 from escort_mj.plan import Plan, State
-
-if TYPE_CHECKING:
-    from escort_mj.control.setup import Setup
 
 NOBODY = -1.0
 
@@ -94,7 +92,7 @@ class LinkParameters(Fields):
     silence_part: Annotated[Array, "silences", "n", Value("1", "number of each robot's part of the team")]
 
     @classmethod
-    def packed(cls, setup: Setup) -> dict[str, Any]:
+    def packed(cls, setup: MissionSetup) -> dict[str, Any]:
         """Return the values of the fields for a mission."""
         radio = setup.radio or Radio(np.zeros((0, 0), dtype=np.int64))
         return {

@@ -7,18 +7,16 @@ measurement has normal noise. Sometimes nothing comes of a look, and sometimes a
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 from escort_mj.components.rays import is_between, mate_between
+from escort_mj.components.setup import MissionSetup
 from escort_mj.knowledge.belief import target_shown, target_speed_shown
 from escort_mj.native.fields import Array, Fields, Value
 from escort_mj.native.kernels import inlined, stack_memory, vector_at
 from escort_mj.native.on_demand import on_demand
 from escort_mj.numerics.gaussian import SIGHT, fractions, normals
 from escort_mj.plan import Plan, State
-
-if TYPE_CHECKING:
-    from escort_mj.control.setup import Setup
 
 MEASURES = ("position", "velocity", "range", "bearing")
 POSITION, VELOCITY, RANGE, BEARING = range(4)
@@ -79,7 +77,7 @@ class SightParameters(Fields):
     sight_cosine: Annotated[float, Value("1", "least cosine of the angle between heading and way to it")]
 
     @classmethod
-    def packed(cls, setup: Setup) -> dict[str, Any]:
+    def packed(cls, setup: MissionSetup) -> dict[str, Any]:
         """Return the values of the fields for a mission."""
         sight = setup.sight or Sight(())
         variance, of_way = variances(sight, setup)
@@ -100,7 +98,7 @@ class SightParameters(Fields):
         }
 
 
-def variances(sight: Sight, setup: Setup) -> tuple[tuple[float, ...], float]:
+def variances(sight: Sight, setup: MissionSetup) -> tuple[tuple[float, ...], float]:
     """Return the variances that an estimator expects, with the noise and rounding of `sensing`.
 
     Ranges and bearings are measured from where a robot is to where `sensing` shows the target, and evaluated

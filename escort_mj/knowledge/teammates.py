@@ -3,21 +3,19 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.components.parameters import UNLIMITED
+from escort_mj.components.setup import MissionSetup
 from escort_mj.native.fields import Array, Fields, Value
 from escort_mj.native.kernels import inlined, stack_memory, vector_at
 from escort_mj.native.lanes import WIDTH
 from escort_mj.native.on_demand import on_demand
 from escort_mj.numerics.vectors import make_unit
 from escort_mj.plan import Plan, State
-
-if TYPE_CHECKING:
-    from escort_mj.control.setup import Setup
 
 Mask = NDArray[np.bool_]
 
@@ -28,7 +26,7 @@ class TeammateParameters(Fields):
     mate_acceleration: Annotated[Array, "hearing", Value("m/s^2", "the most that each robot's motors give")]
 
     @classmethod
-    def packed(cls, setup: Setup) -> dict[str, Any]:
+    def packed(cls, setup: MissionSetup) -> dict[str, Any]:
         """Return the values of the fields for a mission."""
         return {"mate_acceleration": setup.acceleration if setup.radio is not None else []}
 

@@ -6,17 +6,15 @@ booked under `CAUSES`; `docs/theory.md` derives them.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
+from escort_mj.components.setup import MissionSetup
 from escort_mj.laws import ApdSmc
 from escort_mj.laws.sliding import SMOOTHINGS, SlidingModeLaw, smooth_signs
 from escort_mj.monitor.signals import CAUSES
 from escort_mj.native.fields import Array, Fields, Value
 from escort_mj.native.kernels import inlined, merged, stack_memory, vector_at
 from escort_mj.plan import Plan, State
-
-if TYPE_CHECKING:
-    from escort_mj.control.setup import Setup
 
 DISSIPATION, REFERENCE, EXTERNAL, NOISE, SATURATION, ANTI_WINDUP, UNEXPLAINED = range(len(CAUSES))
 
@@ -33,7 +31,7 @@ class LyapunovParameters(Fields):
     smoothing: Annotated[int, Value("1", "place in SMOOTHINGS")]
 
     @classmethod
-    def packed(cls, setup: Setup) -> dict[str, Any]:
+    def packed(cls, setup: MissionSetup) -> dict[str, Any]:
         """Return the values of the fields for a mission."""
         law = setup.law if isinstance(setup.law, SlidingModeLaw) else ApdSmc()  # of others V1 is not recorded
         return {

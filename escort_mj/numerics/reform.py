@@ -7,7 +7,7 @@ step that learns of the loss: assignment (exact) and rotation (best fit) in turn
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
@@ -22,9 +22,6 @@ SWEEPS = 60
 SAME = 1e-9  # alignments that differ by less are one
 NOTHING = 1e-16  # share of a matrix that is rounding
 
-if TYPE_CHECKING:
-    from escort_mj.control.setup import Setup
-
 
 class ReformingParameters(Fields):
     """What the controller needs to place the even figure of fewer robots."""
@@ -33,7 +30,7 @@ class ReformingParameters(Fields):
     turns: Annotated[Array, "turns*p", "p", Value("1", "rotations to start from, one below another")]
 
     @classmethod
-    def packed(cls, setup: Setup) -> dict[str, Any]:
+    def packed(cls, setup: Any) -> dict[str, Any]:
         """Return the values of the fields for a mission."""
         figures, turns = setup.reforming or ((), np.zeros((0, setup.axes, setup.axes)))
         return {

@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 
 from escort_mj.behaviors import Behavior, Chords, Formation, Surface, Vertices
 from escort_mj.behaviors.formation import ALONG
-from escort_mj.components.rays import KINDS, Shape
-from escort_mj.components.teams import EscortTeam
-from escort_mj.control.setup import Frame, FunctionOfTime, Mover, Opponent, Setup
+from escort_mj.components.rays import KINDS
+from escort_mj.components.setup import EscortTeam, Frame, FunctionOfTime, Mover, Opponent, Shape
+from escort_mj.control.setup import Setup
 from escort_mj.control.supervisor import ControlPhase
 from escort_mj.numerics.formation import Arrangement, arrange
 from escort_mj.numerics.reform import Reforming, reforming
@@ -259,7 +259,7 @@ def _figure(scenario: Scenario, robots: Placement, center: np.ndarray) -> Figure
     """The even figure for the vertices behavior, where the mission has it."""
     if not _keeps_vertices(scenario):
         return None
-    if Vertices.auctioned(all_behaviors(scenario)):
+    if any(behavior.bids for behavior in all_behaviors(scenario)):
         points = even_points(len(robots.position), scenario.axes)
         return Figure(points, *nearest_edges(points))
     if not scenario.teams:

@@ -8,18 +8,16 @@ obstacle until the next scan. What no ray meets it does not know of.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
 from escort_mj.components.rays import stretch_in
+from escort_mj.components.setup import MissionSetup
 from escort_mj.native.fields import Array, Fields, Recorded, Value
 from escort_mj.native.on_demand import on_demand
 from escort_mj.numerics.gaussian import LIDAR, normals
 from escort_mj.plan import Plan, State
-
-if TYPE_CHECKING:
-    from escort_mj.control.setup import Setup
 
 FAR = 1e7  # on each axis, for what no ray meets [m]
 NOTHING = -1.0
@@ -52,7 +50,7 @@ class LidarParameters(Fields):
     lidar_noise: Annotated[float, Value("m", "standard deviation of distances")]
 
     @classmethod
-    def packed(cls, setup: Setup) -> dict[str, Any]:
+    def packed(cls, setup: MissionSetup) -> dict[str, Any]:
         """Return the values of the fields for a mission."""
         lidar = setup.sensing.lidar or LidarSensor(np.zeros((0, setup.axes)), 0.0)
         return {

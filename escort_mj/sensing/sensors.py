@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
+from escort_mj.components.setup import MissionSetup
 from escort_mj.native.fields import Array, Fields, Recorded, Value
 from escort_mj.sensing.lidar import LidarSensor
 
 CHANNELS = 4
 NO_BIAS = -1.0
-
-if TYPE_CHECKING:
-    from escort_mj.control.setup import Setup
 
 
 class SensorParameters(Fields):
@@ -32,7 +30,7 @@ class SensorParameters(Fields):
     sensing_obstacles: Annotated[float, Value("m", "how far robots see obstacles, likewise")]
 
     @classmethod
-    def packed(cls, setup: Setup) -> dict[str, Any]:
+    def packed(cls, setup: MissionSetup) -> dict[str, Any]:
         """Return the values of the fields for a mission."""
         sensors, biases, past = setup.sensing, [np.zeros((0, setup.axes))], 0
         starts, pasts = [], []

@@ -8,7 +8,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from escort_mj.control.setup import FunctionOfTime, Setup
+from escort_mj.components.setup import FunctionOfTime
+from escort_mj.control.setup import Setup
 from escort_mj.errors import UsageError
 from escort_mj.scenario.arguments import argument_error, numbers
 from escort_mj.scenario.geometry.obstacle_body import Body

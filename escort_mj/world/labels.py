@@ -84,7 +84,7 @@ def labels_of(scenario: Scenario, world: World) -> dict[str, Any]:
             "goal_reach": next((b.reach for b in setup.all_behaviors if isinstance(b, Headed)), 0.0),
             "safe_distance": avoid.safe_distance if avoid else 0.0,
             "safe_distance_measure": avoid.measure if avoid else "none",
-            **_limits(scenario, setup.teammate_distance(avoid) if avoid and avoid.teammates else 0.0),
+            **_limits(scenario, avoid.distance_of_teammates(setup) if avoid else 0.0),
             "target_distance": (setup.outer.target_margin(setup) if avoid else 0.0) or None,
             "height": world.team.height if scenario.axes == 2 else 0.0,
             "exact_within": world.exact_within if SEVERAL in world.sizes else None,

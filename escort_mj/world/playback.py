@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj import stopping
-from escort_mj.control.setup import FunctionOfTime
+from escort_mj.components.setup import FunctionOfTime
 from escort_mj.signals import EPISODE as COLUMNS
 from escort_mj.world.callback import native_loop
 from escort_mj.world.loop.addresses import behind, unpack_addresses

@@ -7,7 +7,7 @@ import pytest
 
 from escort_mj import api
 from escort_mj.behaviors import Formation, Goal
-from escort_mj.control.setup import Frame
+from escort_mj.components.setup import Frame
 from escort_mj.control.supervisor import ControlPhase
 from escort_mj.errors import ScenarioError
 from escort_mj.scenario.geometry.trajectory import Trajectory

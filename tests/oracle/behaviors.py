@@ -152,11 +152,11 @@ def teammates_of(
     """
     n, p = q.shape
     places, balls = np.broadcast_to(q, (n, n, p)), np.zeros((n, n))
-    safe = np.full((n, n), setup.teammate_distance(behavior))
-    safe[:, lost] = max(behavior.safe_distance, setup.teammate_distance(behavior))
-    if heard is not None and setup.hears(behavior):
+    safe = np.full((n, n), behavior.distance_of_teammates(setup))
+    safe[:, lost] = max(behavior.safe_distance, behavior.distance_of_teammates(setup))
+    if heard is not None and behavior.hears(setup):
         places, balls = heard.place, heard.ball
-        safe = np.where(heard.known, setup.teammate_distance(behavior), behavior.safe_distance * lost)
+        safe = np.where(heard.known, behavior.distance_of_teammates(setup), behavior.safe_distance * lost)
     np.fill_diagonal(safe, 0.0)
     return places, balls, safe
 

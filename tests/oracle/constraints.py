@@ -74,7 +74,7 @@ def constraints_of(avoid: AvoidObstacles, rules: Rules, now: Situation) -> list[
         now: The situation.
     """
     setup, q, lost = now.setup, now.q, now.team.lost
-    heard = now.heard if now.setup.hears(avoid) else None
+    heard = now.heard if avoid.hears(now.setup) else None
     m, n = setup.obstacle_position.shape[0], len(q)
     away, distance, safe = bodies_nearby(avoid, now)
     radii = np.concatenate([setup.seen_radius, setup.robot_radius])

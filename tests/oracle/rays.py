@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from escort_mj.components.rays import BOX, CYLINDER, ELLIPSOID, MESH, Shape
+from escort_mj.components.rays import BOX, CYLINDER, ELLIPSOID, MESH
+from escort_mj.components.setup import Shape
 from escort_mj.control.setup import Setup
 
 Array = NDArray[np.float64]

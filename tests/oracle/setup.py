@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from escort_mj.components.teams import EscortTeam
+from escort_mj.components.setup import EscortTeam
 from escort_mj.control.setup import Setup
 
 Array = NDArray[np.float64]

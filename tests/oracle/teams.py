@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from escort_mj.components.teams import EscortTeam
+from escort_mj.components.setup import EscortTeam
 from escort_mj.control.failure import placed
 from tests.oracle.behaviors import turned_rotation
 from tests.oracle.failure import KnownRobots as Formed

@@ -9,8 +9,8 @@ import pytest
 from numpy.typing import NDArray
 
 from escort_mj import Run, Scenario, load_scenario, run
+from escort_mj.components.setup import Mover
 from escort_mj.conformance.checking import check_plugin
-from escort_mj.control.setup import Mover
 from escort_mj.memory.layout import unpack_plan
 from escort_mj.policies import POLICIES, Policy
 from escort_mj.policies.burst import Burst

@@ -1,18 +1,16 @@
 """Base of outer loops: how a robot's behaviors become one velocity."""
 
 import math
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.components.component import Component
 from escort_mj.components.parameters import UNLIMITED
+from escort_mj.components.setup import MissionSetup
 from escort_mj.native.kernels import merged
 from escort_mj.plan import Plan, State
-
-if TYPE_CHECKING:
-    from escort_mj.control.setup import Setup
 
 Mask = NDArray[np.bool_]
 
@@ -38,7 +36,7 @@ class OuterLoop(Component):
 
     loop: str
 
-    def target_margin(self, setup: "Setup") -> float:
+    def target_margin(self, setup: MissionSetup) -> float:
         """Return the distance that it keeps to the target [m]."""
         return 0.0
 

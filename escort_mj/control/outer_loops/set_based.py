@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any, ClassVar, Literal
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 from pydantic import NonNegativeFloat, PositiveFloat
@@ -11,6 +11,7 @@ from pydantic import NonNegativeFloat, PositiveFloat
 from escort_mj.behaviors import AvoidObstacles
 from escort_mj.components.obstacles import obstacle_places
 from escort_mj.components.parameters import UNLIMITED
+from escort_mj.components.setup import MissionSetup
 from escort_mj.control.nsb import AVOID_OBSTACLES, avoidance_of, ruled
 from escort_mj.control.outer_loops.constraints import (
     MOST,
@@ -60,9 +61,6 @@ from escort_mj.numerics.neighbors import seen_neighbors
 from escort_mj.numerics.vectors import length_of
 from escort_mj.plan import Plan, State
 
-if TYPE_CHECKING:
-    from escort_mj.control.setup import Setup
-
 
 class SetBased(OuterLoop):
     """Escort behaviors by priority, restricted to velocities that keep distances safe (Ames et al. 2017).
@@ -109,7 +107,7 @@ class SetBased(OuterLoop):
             "turn_back": float, "target_radius": float,
         }  # fmt: skip
 
-    def packed(self, setup: Setup | None = None) -> dict[str, float]:
+    def packed(self, setup: MissionSetup | None = None) -> dict[str, float]:
         """Return its parameters as numbers."""
         assert setup is not None
         rules = self.rules(setup)
@@ -119,7 +117,7 @@ class SetBased(OuterLoop):
             "turn_back": self.turn_back, "target_radius": rules.target_radius,
         }  # fmt: skip
 
-    def rules(self, setup: Setup) -> Rules:
+    def rules(self, setup: MissionSetup) -> Rules:
         """Return how near a robot may come how fast, in a mission."""
         braking = self.braking
         if braking is None:
@@ -136,7 +134,7 @@ class SetBased(OuterLoop):
             radius or 0.0,
         )  # fmt: skip
 
-    def target_margin(self, setup: Setup) -> float:
+    def target_margin(self, setup: MissionSetup) -> float:
         """Return the distance that it keeps to the target [m]."""
         return self.rules(setup).target_distance
 

@@ -75,7 +75,7 @@ def check_heard(scenario: Scenario) -> Iterator[Finding]:
 def check_auctions(scenario: Scenario) -> Iterator[Finding]:
     """Robots that bid for vertices can tell each other what they bid."""
     for path, behavior in behaviors_of(scenario):
-        if Vertices.auctioned([behavior]) and scenario.communication is None and not scenario.teams:
+        if behavior.bids and scenario.communication is None and not scenario.teams:
             words = "found auction without communication, by which robots bid; expected nearest"
             yield Finding((*path, "assignment"), words)
 
@@ -177,7 +177,7 @@ def _on_their_way(scenario: Scenario, path: Path) -> Iterator[Finding]:
     longest = (delay[1] if isinstance(delay, tuple) else delay) + communication.jitter
     depth = longest * min(communication.rate or math.inf, 1.0 / timestep) + 2.0
     slots = senders_of(communication, count).shape[1]
-    bids = 2.0 * count * Vertices.auctioned(behavior for _, behavior in behaviors_of(scenario))
+    bids = 2.0 * count * any(behavior.bids for _, behavior in behaviors_of(scenario))
     size = 8.0 * depth * count * (slots + 8.0 * scenario.axes**2 + bids)
     if depth > MOST_ON_THEIR_WAY or size > MAX_LINKS:
         most = min(MOST_ON_THEIR_WAY, MAX_LINKS / size * depth)

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from escort_mj.behaviors import AvoidObstacles, Chords, Formation, Surface, Vertices
+from escort_mj.behaviors import AvoidObstacles, Chords, Formation, Surface
 from escort_mj.laws import LAWS
 from escort_mj.scenario.checks.mission import behaviors_of, laws_of
 from escort_mj.scenario.checks.motion import check_defined, check_order
@@ -147,7 +147,7 @@ def check_one_team(scenario: Scenario) -> Iterator[Finding]:
         words = ""
         if isinstance(behavior, Chords):
             words = "keeps one formation of all robots; with teams expected vertices, repulsion or spacing"
-        elif Vertices.auctioned([behavior]):
+        elif behavior.bids:
             words = "assigns the vertices of one formation of all robots; with teams expected nearest"
         elif isinstance(behavior, Formation) and behavior.follows:
             words = "follows one target; with teams, give position"

@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj import palette
-from escort_mj.control.setup import FunctionOfTime, Setup
+from escort_mj.components.setup import FunctionOfTime
+from escort_mj.control.setup import Setup
 from escort_mj.expectations.expectation import watches_of
 from escort_mj.memory.layout import state_size
 from escort_mj.memory.packing import pack
