@@ -16,7 +16,7 @@ from escort_mj.study.engine import backends  # noqa: E402
 from escort_mj.study.engine.parallel import cores  # noqa: E402
 from escort_mj.study.search.evaluate import base_of  # noqa: E402
 from escort_mj.study.search.tune import tune_design  # noqa: E402
-from escort_mj.study.search.tune_table import rows_of_gains  # noqa: E402
+from escort_mj.study.search.tuned import rows_of_gains  # noqa: E402
 from escort_mj.study.sweeps.definition import load_study  # noqa: E402
 from escort_mj.study.sweeps.design import Design  # noqa: E402
 

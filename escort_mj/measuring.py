@@ -7,7 +7,8 @@ from collections.abc import Collection, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from escort_mj.metrics import METRICS
-from escort_mj.metrics.metric import Measure, Metric
+from escort_mj.metrics.measure import Measure
+from escort_mj.metrics.metric import Metric
 from escort_mj.record.recording import Recorded, sealed
 from escort_mj.record.team import of_team, team_names
 from escort_mj.record.window import OVERS, Span, rate_of

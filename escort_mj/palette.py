@@ -22,6 +22,7 @@ OBSTACLE = from_hex("6A6A6A")
 LIMIT = from_hex("4D4D4D")  # a bound: the escort radius, the safe distance, the force limit
 RADIO = from_hex("2E7DA6")  # robots that hear each other
 CONTACT = from_hex("C8001E")  # bodies that touch
+LOST = (0.55, 0.56, 0.58)  # a robot that the team has lost
 
 # Colors that a scenario can name for its obstacles.
 NAMED = {

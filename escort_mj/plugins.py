@@ -7,7 +7,8 @@ from escort_mj.expectations.expectation import Judgment
 from escort_mj.expectations.expectation import Windowed as Expectation
 from escort_mj.knowledge.sight import BEARING, POSITION, RANGE, VELOCITY
 from escort_mj.laws.law import Law, Memory
-from escort_mj.metrics.metric import Measure, metric
+from escort_mj.metrics.measure import Measure
+from escort_mj.metrics.metric import metric
 from escort_mj.native.values import Values
 from escort_mj.policies import ACTS, RESTS, Policy, PolicyView
 from escort_mj.robots import RobotKind

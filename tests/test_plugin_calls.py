@@ -12,7 +12,8 @@ from escort_mj import load_scenario
 from escort_mj.errors import PluginError
 from escort_mj.expect.verdicts import judge
 from escort_mj.expectations.expectation import Judgment, Windowed
-from escort_mj.metrics.metric import Measure, metric, metric_of
+from escort_mj.metrics.measure import Measure
+from escort_mj.metrics.metric import metric, metric_of
 from escort_mj.record.outcome import Outcome
 from escort_mj.scenario.reader.plugins import load_plugin, source_of
 from tests.expectations.traces import watched

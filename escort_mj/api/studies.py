@@ -336,7 +336,7 @@ def tune(
     from escort_mj.study.engine import backends
     from escort_mj.study.search.evaluate import base_of
     from escort_mj.study.search.tune import BEST, SUMMARY, TRIALS, tune_design
-    from escort_mj.study.search.tune_table import tuning_lines
+    from escort_mj.study.search.tuned import tuning_lines
 
     design, folder, count = _lay_out(study, out, workers, overrides=overrides)
     with backends.local(count) as where, shown_progress("tuning", " trials", progress) as update:

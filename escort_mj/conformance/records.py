@@ -12,7 +12,8 @@ from escort_mj.conformance.stand import CheckResult
 from escort_mj.errors import PluginCallError
 from escort_mj.expectations.expectation import Expectation, checked
 from escort_mj.measuring import measure
-from escort_mj.metrics.metric import Measure, Metric
+from escort_mj.metrics.measure import Measure
+from escort_mj.metrics.metric import Metric
 from escort_mj.mission import fly
 from escort_mj.plugin_calls import calling
 from escort_mj.record.outcome import Outcome

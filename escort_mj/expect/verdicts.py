@@ -10,7 +10,7 @@ import numpy as np
 from escort_mj.errors import NotLoggedError, PluginCallError
 from escort_mj.expectations.expectation import Expectation, Judgment, checked, not_judged
 from escort_mj.expectations.outcome import OutcomeExpectation
-from escort_mj.metrics.metric import in_words
+from escort_mj.metrics.measure import in_words
 from escort_mj.metrics.reading import robots
 from escort_mj.numerics.steps import first_step, last_step
 from escort_mj.plugin_calls import calling, is_plugins

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from escort_mj.expectations.expectation import Fault, Judgment, not_judged, nothing_found
-from escort_mj.metrics.metric import Measure
+from escort_mj.metrics.measure import Measure
 from escort_mj.metrics.watching import Last
 
 NEAR = 0.05  # a margin below this share of the bound is a near miss

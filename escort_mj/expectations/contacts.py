@@ -14,7 +14,7 @@ from escort_mj.expectations.expectation import Fault, Judgment, Sides, Windowed,
 from escort_mj.expectations.sides import sides
 from escort_mj.expectations.touches import least_clearance, require_sides, touches, unseen_by_mujoco
 from escort_mj.metrics.contacts import FORCELESS, contacts_untold
-from escort_mj.metrics.metric import Measure
+from escort_mj.metrics.measure import Measure
 from escort_mj.record.episodes import by_geometry, pair
 from escort_mj.record.recording import Recorded, is_log
 from escort_mj.record.window import window

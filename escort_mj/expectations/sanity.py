@@ -12,7 +12,7 @@ from pydantic_core import PydanticCustomError
 
 from escort_mj.expectations.expectation import Judgment, Windowed, not_judged, nothing_found
 from escort_mj.measuring import EMPTY
-from escort_mj.metrics.metric import Bodies
+from escort_mj.metrics.measure import Bodies
 from escort_mj.metrics.simulation import fastest_points, tunneling
 from escort_mj.record.outcome import Outcome
 from escort_mj.record.recording import Recorded, is_log

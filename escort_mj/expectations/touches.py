@@ -11,7 +11,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from escort_mj.metrics.metric import Measure
+from escort_mj.metrics.measure import Measure
 from escort_mj.metrics.reading import manner_of
 from escort_mj.metrics.watching import Course, Fold, Watch, nothing, simple
 from escort_mj.record.episodes import during, moving_as, without_forces

@@ -21,7 +21,7 @@ from escort_mj.judging.log import FORCE, POSITION, REFERENCE, Gap, Log, Track, W
 from escort_mj.judging.messages import BAG, DATABASE, MCAP, is_messages, read_messages
 from escort_mj.judging.resampling import at, before, motion_of, totals_of, velocity_of, without_gaps
 from escort_mj.judging.tables import CSV, PARQUET, read_table
-from escort_mj.metrics.metric import in_words
+from escort_mj.metrics.measure import in_words
 from escort_mj.mission import Flight, Progress, sum_up
 from escort_mj.numerics.steps import SLACK, last_step
 from escort_mj.recognize import irregular

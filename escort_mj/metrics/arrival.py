@@ -8,7 +8,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from escort_mj.metrics.metric import Measure, metric
+from escort_mj.metrics.measure import Measure
+from escort_mj.metrics.metric import metric
 from escort_mj.metrics.reading import name_robots, robots
 from escort_mj.metrics.watching import Course, Fold, Watch, last_of, nothing, simple, worst_of
 from escort_mj.record.recording import Recorded, lacks

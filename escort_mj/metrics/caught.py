@@ -7,7 +7,8 @@ import math
 import numpy as np
 
 from escort_mj.metrics.contacts import touches_within
-from escort_mj.metrics.metric import Measure, metric
+from escort_mj.metrics.measure import Measure
+from escort_mj.metrics.metric import metric
 from escort_mj.metrics.reading import NO_TARGET, escorts
 from escort_mj.monitor.signals import ROBOTS, TARGET
 from escort_mj.record.episodes import BODIES, pair

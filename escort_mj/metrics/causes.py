@@ -29,7 +29,8 @@ from numpy.typing import NDArray
 from escort_mj.control.outer_loops.nearest_velocity import STIFFNESS
 from escort_mj.control.outer_loops.passing import Rules, approach
 from escort_mj.metrics.contacts import touches_within
-from escort_mj.metrics.metric import Bodies, Measure, metric
+from escort_mj.metrics.measure import Bodies, Measure
+from escort_mj.metrics.metric import metric
 from escort_mj.metrics.reading import escorts, radii_of, safe_gap
 from escort_mj.monitor.signals import OBSTACLES, ROBOTS
 from escort_mj.record.episodes import pair

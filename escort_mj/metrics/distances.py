@@ -7,7 +7,8 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from escort_mj.metrics.metric import Bodies, Measure, metric
+from escort_mj.metrics.measure import Bodies, Measure
+from escort_mj.metrics.metric import metric
 from escort_mj.metrics.reading import ALONE, manner_of, name_robots, robot
 from escort_mj.metrics.watching import Course, Fold, Watch, nothing, simple, to_the_step, worst_of
 from escort_mj.record.recording import Recorded, require_places

@@ -6,7 +6,8 @@ import math
 
 import numpy as np
 
-from escort_mj.metrics.metric import Measure, metric
+from escort_mj.metrics.measure import Measure
+from escort_mj.metrics.metric import metric
 from escort_mj.metrics.reading import NO_OPPONENTS, NO_TARGET, SHORT, escorts, gained, rate
 from escort_mj.record.recording import Recorded, lacks
 

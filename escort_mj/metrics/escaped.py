@@ -8,7 +8,8 @@ import numpy as np
 
 from escort_mj.metrics.hull_margin import SIGNALS, Array, margins, of_teams, takes_long
 from escort_mj.metrics.largest_gap import beside_gap, name_pair
-from escort_mj.metrics.metric import Measure, metric
+from escort_mj.metrics.measure import Measure
+from escort_mj.metrics.metric import metric
 from escort_mj.metrics.reading import ALL_LOST, NO_TARGET, escorts, lost
 from escort_mj.metrics.watching import Course, Fold, Starts, Watch, last_of
 from escort_mj.record.recording import Recorded

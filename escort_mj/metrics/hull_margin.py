@@ -20,7 +20,8 @@ from itertools import combinations, pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from escort_mj.metrics.metric import Measure, metric
+from escort_mj.metrics.measure import Measure
+from escort_mj.metrics.metric import metric
 from escort_mj.metrics.reading import ALL_LOST, NO_TARGET, escorts, lost, stretches
 from escort_mj.metrics.watching import Course, Fold, Starts, Watch, nothing, worst_of
 from escort_mj.record.recording import Recorded

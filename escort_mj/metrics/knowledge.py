@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from escort_mj.metrics.metric import Measure, metric
+from escort_mj.metrics.measure import Measure
+from escort_mj.metrics.metric import metric
 from escort_mj.metrics.reading import ALL_LOST, NO_TARGET, escorts, lost, name_robots
 from escort_mj.metrics.watching import Course, Fold, Watch, mean_of, nothing, simple, watched, worst_of
 from escort_mj.record.recording import Recorded, lacks

@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.metrics.hull_margin import SIGNALS, least_margin, margins, of_teams, takes_long
-from escort_mj.metrics.metric import Bodies, Measure, metric
+from escort_mj.metrics.measure import Bodies, Measure
+from escort_mj.metrics.metric import metric
 from escort_mj.metrics.reading import ALL_LOST, NO_TARGET, escorts, lost, robots
 from escort_mj.metrics.watching import Course, Fold, Starts, Watch, worst_of
 from escort_mj.record.recording import Recorded

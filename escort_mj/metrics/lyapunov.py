@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from escort_mj.metrics.metric import Measure, metric
+from escort_mj.metrics.measure import Measure
+from escort_mj.metrics.metric import metric
 from escort_mj.metrics.reading import SHORT, UNTOLD, largest_of, lost, robot
 from escort_mj.monitor.signals import CAUSES
 from escort_mj.record.recording import Recorded, lacks

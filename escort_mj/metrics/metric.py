@@ -7,53 +7,23 @@ from collections.abc import Callable, Iterable
 from importlib import import_module
 from pkgutil import iter_modules
 from types import ModuleType
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
 from escort_mj.errors import NotLoggedError, PluginCallError, UsageError
+from escort_mj.metrics.measure import Bodies, Measure
+from escort_mj.metrics.watching import Watch
 from escort_mj.plugin_calls import calling, is_plugins
 from escort_mj.record.recording import Recorded, lent, sealed
 from escort_mj.record.window import OVERS, Over, Span
-
-if TYPE_CHECKING:
-    from escort_mj.metrics.watching import Watch
 
 F = TypeVar("F", bound=Callable[..., Any])
 _MARK = "__escort_mj_metric__"
 KINDS = ("mean", "max", "min", "rms", "share")  # last words of names that say of what kind a number is
 
-Bodies = tuple[str, ...]
-
 ROUNDING = 1e-9
 """Share of a bound by which a value may be beyond it."""
-
-
-class Measure(NamedTuple):
-    """The value of a metric.
-
-    Attributes:
-        value: In the metric's unit; None where the metric says nothing of this run, infinite for "never".
-        time: Moment of the worst value [s]; None where there is none.
-        bodies: Names of the bodies that had it; empty where no body in particular.
-        reason: Why there is no value.
-        broken: Whether that is an error of the metric's function.
-        unlogged: Whether that is because a log of real robots does not contain what it needs.
-        manner: What a verdict adds to the value, in a few words: how it was found, or where bodies are.
-    """
-
-    value: float | None
-    time: float | None = None
-    bodies: Bodies = ()
-    reason: str = ""
-    broken: bool = False
-    unlogged: bool = False
-    manner: str = ""
-
-    @property
-    def who(self) -> str:
-        """The bodies in words."""
-        return in_words(self.bodies)
 
 
 def number(value: Any, what: str, finite: bool = False) -> float:
@@ -99,15 +69,6 @@ def names(value: Any) -> Bodies:
         kind = type(value).__name__
         raise TypeError(f'bodies: found {kind}; expected names of bodies, such as ("robot_1",)')
     return tuple(map(str, value))
-
-
-def in_words(bodies: Bodies) -> str:
-    """Names of bodies in a sentence: `robots 1 and 2`, `robot 1 and gate`."""
-    bodies = tuple(dict.fromkeys(bodies))  # the same one in two parts: once
-    numbers = [name.removeprefix("robot_") for name in bodies]
-    if len(bodies) > 1 and all(number.isdigit() for number in numbers):
-        return f"robots {' and '.join(numbers)}"
-    return " and ".join(name.replace("robot_", "robot ") for name in bodies)
 
 
 class Metric(NamedTuple):

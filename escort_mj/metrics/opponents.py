@@ -7,7 +7,8 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from escort_mj.metrics.metric import Bodies, Measure, metric
+from escort_mj.metrics.measure import Bodies, Measure
+from escort_mj.metrics.metric import metric
 from escort_mj.metrics.reading import NO_OPPONENTS
 from escort_mj.metrics.watching import Course, Fold, Watch, nothing, simple, worst_of
 from escort_mj.record.recording import Recorded, lacks

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from escort_mj.metrics.metric import Measure, metric
+from escort_mj.metrics.measure import Measure
+from escort_mj.metrics.metric import metric
 from escort_mj.metrics.reading import rate
 from escort_mj.record.recording import Recorded
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from escort_mj.metrics.metric import Measure, metric
+from escort_mj.metrics.measure import Measure
+from escort_mj.metrics.metric import metric
 from escort_mj.metrics.reading import ALL_LOST, NO_TARGET, escorts, lost, name_robots
 from escort_mj.metrics.watching import Course, Fold, Watch, last_of, mean_of, simple, worst_of
 from escort_mj.record.recording import Recorded

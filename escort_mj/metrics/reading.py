@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from escort_mj.metrics.metric import Bodies, Measure
+from escort_mj.metrics.measure import Bodies, Measure
 from escort_mj.monitor.signals import GEOMS, ROBOTS, TARGET
 from escort_mj.record.recording import Recorded, known_time
 

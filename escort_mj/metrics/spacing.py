@@ -6,7 +6,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from escort_mj.metrics.metric import Bodies, Measure, metric
+from escort_mj.metrics.measure import Bodies, Measure
+from escort_mj.metrics.metric import metric
 from escort_mj.metrics.reading import lost
 from escort_mj.metrics.watching import Course, Fold, Watch, mean_of, simple, worst_of
 from escort_mj.record.recording import Recorded

@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.metrics.arrival import away, goal_distance
-from escort_mj.metrics.metric import Measure, in_words, metric
+from escort_mj.metrics.measure import Measure, in_words
+from escort_mj.metrics.metric import metric
 from escort_mj.metrics.radius_error import SETTLED
 from escort_mj.metrics.reading import (
     BY_SPHERES,

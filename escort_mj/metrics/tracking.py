@@ -6,7 +6,8 @@ import math
 
 import numpy as np
 
-from escort_mj.metrics.metric import Measure, metric
+from escort_mj.metrics.measure import Measure
+from escort_mj.metrics.metric import metric
 from escort_mj.metrics.reading import ALL_LOST, lost, name_robots
 from escort_mj.metrics.watching import Course, Fold, Watch, mean_of, simple
 from escort_mj.record.recording import Recorded

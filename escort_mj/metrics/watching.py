@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.errors import NotLoggedError
-from escort_mj.metrics.metric import Bodies, Measure
+from escort_mj.metrics.measure import Bodies, Measure
 from escort_mj.metrics.reading import mean, nobody
 from escort_mj.record.recording import Recorded, not_logged
 from escort_mj.signals import SIGNALS

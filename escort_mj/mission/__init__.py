@@ -15,7 +15,7 @@ from escort_mj import stopping
 from escort_mj.errors import EscortError, UsageError
 from escort_mj.expect.verdicts import Verdict, judge
 from escort_mj.measuring import measures_of, summarize
-from escort_mj.metrics.metric import Measure
+from escort_mj.metrics.measure import Measure
 from escort_mj.monitor.signals import START
 from escort_mj.native.on_demand import waited
 from escort_mj.record.outcome import Outcome

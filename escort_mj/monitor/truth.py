@@ -6,7 +6,7 @@ Observed after the solve of every physics step (eqs. 1, 25), when the scenario a
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 from escort_mj.monitor.lyapunov import account
 from escort_mj.monitor.mass import INT, mass_block
@@ -14,9 +14,7 @@ from escort_mj.native.fields import Array, Fields, Value
 from escort_mj.native.kernels import DOUBLE, double_at, inlined, int_at, merged
 from escort_mj.native.on_demand import on_demand_unrolled
 from escort_mj.plan import Plan, State
-
-if TYPE_CHECKING:
-    from escort_mj.world.loop.addresses import Addresses
+from escort_mj.robots.addresses import Addresses
 
 
 class TruthParameters(Fields):

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
+from typing import Annotated, ClassVar, Literal
 from xml.etree.ElementTree import Element
 
 import numpy as np
@@ -20,6 +20,7 @@ from escort_mj.mjcf import set_attributes
 from escort_mj.native.kernels import DOUBLE, matrix_at, merged, stack_memory, vector_at
 from escort_mj.native.on_demand import on_demand
 from escort_mj.plan import Plan, State
+from escort_mj.robots.addresses import Addresses
 from escort_mj.robots.attitude import (
     QUARTERS,
     ROTOR_LIMIT,
@@ -31,9 +32,6 @@ from escort_mj.robots.attitude import (
     hold_height,
 )
 from escort_mj.robots.kind import FREE_COORDINATES, Motor, RobotKind
-
-if TYPE_CHECKING:
-    from escort_mj.world.loop.addresses import Addresses
 
 Array = NDArray[np.float64]
 

@@ -19,6 +19,7 @@ from escort_mj.memory.layout import state_size, unpack_plan, unpack_state
 from escort_mj.memory.packing import pack
 from escort_mj.native.fields import declared
 from escort_mj.plan import Plan, State
+from escort_mj.scenario.findings import did_you_mean, shown
 from escort_mj.sensing.sensors import SensorSignals
 from escort_mj.signals import SIGNALS, Signal
 from escort_mj.standalone.knowledge import Knowledge
@@ -34,6 +35,13 @@ _KINDS = (
 _NAMES = {name for kind in _KINDS for name in declared(kind)} - {"qpos"}
 CONTROL_SIGNALS: dict[str, Signal] = {signal.name: signal for signal in SIGNALS if signal.name in _NAMES}
 """What can be read after each call: everything that a trace has of the controller."""
+
+
+class Signals(dict[str, Any]):
+    """Values of signals by their names in the trace."""
+
+    def __missing__(self, name: str) -> Any:
+        raise UsageError(f"{shown(name)} is not a signal of the controller{did_you_mean(name, self)}")
 
 
 class Backend:

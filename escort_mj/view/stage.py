@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj import palette
+from escort_mj.palette import LOST
 from escort_mj.record.recording import Recorded
-from escort_mj.report.figures.losses import LOST
 from escort_mj.report.video.pen import circle
 from escort_mj.report.video.replay import Moment, Replay
 from escort_mj.report.video.solids import Mesh, floor_of, places, pose, solids_of

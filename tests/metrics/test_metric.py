@@ -5,7 +5,8 @@ import pytest
 from escort_mj.errors import UsageError
 from escort_mj.measuring import measure
 from escort_mj.metrics import METRICS, radius_error
-from escort_mj.metrics.metric import Measure, Metric, metric, metric_of, metrics_of
+from escort_mj.metrics.measure import Measure
+from escort_mj.metrics.metric import Metric, metric, metric_of, metrics_of
 from tests.metrics.motions import TIME
 from tests.synthetic import as_recording
 

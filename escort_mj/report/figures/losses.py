@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 from escort_mj.metrics.knowledge import linked
 from escort_mj.metrics.reading import lost
 from escort_mj.numerics.thomson import nearest_edges
+from escort_mj.palette import LOST
 from escort_mj.record.recording import Recorded
 from escort_mj.report.figures.drawing.style import Key
 
-LOST = (0.55, 0.56, 0.58)  # color of a robot that the team has lost
 MOST_LINKED = 200  # robots of a formation that is found again
 
 

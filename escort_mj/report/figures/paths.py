@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from escort_mj import palette
 from escort_mj.metrics.reading import escorts, lost
-from escort_mj.palette import MOST_DISTINCT, MOST_LINES
+from escort_mj.palette import LOST, MOST_DISTINCT, MOST_LINES
 from escort_mj.record.recording import Recorded
 from escort_mj.record.team import kept_radius, rings
 from escort_mj.report.figures import teams
@@ -26,7 +26,7 @@ from escort_mj.report.figures.drawing.curves import BOUND
 from escort_mj.report.figures.drawing.look import NARROW
 from escort_mj.report.figures.drawing.style import WIDTH, Key, fit_marks, narrow, room_in_space
 from escort_mj.report.figures.knowledge import estimate_ways, known_keys, mark_known
-from escort_mj.report.figures.losses import LOST, links, links_at, lost_keys
+from escort_mj.report.figures.losses import links, links_at, lost_keys
 from escort_mj.report.figures.opponents import draw_opponents, opponent_keys, opponents
 from escort_mj.report.video.replay import outlines, safe_radius
 from escort_mj.scenario.geometry.shapes import OUTLINE_POINTS, outward

@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj import palette
+from escort_mj.palette import LOST
 from escort_mj.record.episodes import apart_from
 from escort_mj.record.folder import MODEL, StoredRun
-from escort_mj.report.figures.losses import LOST
 from escort_mj.report.video.replay import Replay, replay_of
 from escort_mj.report.video.shots import plan_shot
 from escort_mj.report.video.solids import floor_of, load_model, places, pose, solids_of

@@ -11,8 +11,7 @@ import mujoco
 import numpy as np
 
 from escort_mj.errors import RenderError
-from escort_mj.palette import MOST_DISTINCT
-from escort_mj.report.figures.losses import LOST
+from escort_mj.palette import LOST, MOST_DISTINCT
 from escort_mj.report.video.camera import View
 from escort_mj.report.video.clip import Clip, Marks
 from escort_mj.report.video.overlay import Overlay

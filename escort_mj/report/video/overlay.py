@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
 from escort_mj import palette
+from escort_mj.palette import LOST
 from escort_mj.report.figures.drawing.letters import font_file, legible
-from escort_mj.report.figures.losses import LOST
 from escort_mj.report.video.replay import Flags
 from escort_mj.report.video.stages import Panel
 

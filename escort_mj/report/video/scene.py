@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from escort_mj import palette
 from escort_mj.numerics.formation import widest_spacing
-from escort_mj.report.figures.losses import LOST
+from escort_mj.palette import LOST
 from escort_mj.report.video.pen import Pen, circle
 from escort_mj.report.video.replay import Flags, Moment, Replay
 from escort_mj.scenario.geometry.shapes import in_space, outward

@@ -16,7 +16,7 @@ from escort_mj.monitor.mass import INT
 from escort_mj.native.kernels import DOUBLE, inlined, int_at, pointer_at, stack_memory, vector_at
 from escort_mj.native.on_demand import on_demand
 from escort_mj.plan import State
-from escort_mj.world.loop.addresses import Addresses
+from escort_mj.robots.addresses import Addresses
 from escort_mj.world.loop.layout import offset
 
 Array = NDArray[np.float64]

@@ -21,6 +21,7 @@ from escort_mj.native.kernels import (
 )
 from escort_mj.native.on_demand import on_demand
 from escort_mj.plan import Plan, State
+from escort_mj.robots.addresses import Addresses
 from escort_mj.robots.attitude import axes_for, axes_toward, hold_height, turn_craft, within_reach
 from escort_mj.robots.drive import (
     BODY,
@@ -50,7 +51,6 @@ from escort_mj.robots.drive import (
     past_dead_zone,
     thrust_within,
 )
-from escort_mj.world.loop.addresses import Addresses
 from escort_mj.world.loop.layout import offset
 
 Array = NDArray[np.float64]

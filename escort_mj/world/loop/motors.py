@@ -9,10 +9,10 @@ from escort_mj.control.failure import DEAD, STUCK
 from escort_mj.native.kernels import DOUBLE, vector_at
 from escort_mj.native.on_demand import on_demand
 from escort_mj.plan import Plan, State
+from escort_mj.robots.addresses import Addresses
 from escort_mj.robots.attitude import ROTORS
 from escort_mj.robots.drive import past_dead_zone
 from escort_mj.robots.quadrotor import pilot, push
-from escort_mj.world.loop.addresses import Addresses
 from escort_mj.world.loop.drives import operate
 
 Array = NDArray[np.float64]

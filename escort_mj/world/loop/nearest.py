@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from escort_mj.native.kernels import DOUBLE, inlined, pointer_at, stack_memory, vector_at
 from escort_mj.native.on_demand import on_demand
 from escort_mj.plan import Plan, State
-from escort_mj.world.loop.addresses import Addresses
+from escort_mj.robots.addresses import Addresses
 from escort_mj.world.loop.depth import depth_inside
 from escort_mj.world.loop.layout import offset
 from escort_mj.world.loop.library import geom_distance

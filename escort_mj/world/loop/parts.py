@@ -35,7 +35,7 @@ from escort_mj.native.lanes import (
 from escort_mj.native.lanes import least as lesser
 from escort_mj.native.on_demand import on_demand
 from escort_mj.plan import Plan, State
-from escort_mj.world.loop.addresses import Addresses
+from escort_mj.robots.addresses import Addresses
 from escort_mj.world.loop.drives import DATA_CENTER, DATA_MASS_CENTER, DATA_MOTION
 from escort_mj.world.loop.layout import offset
 from escort_mj.world.loop.library import geom_distance

@@ -33,7 +33,8 @@ from escort_mj.native.kernels import (
 from escort_mj.native.lanes import copy_in, copy_numbers
 from escort_mj.native.on_demand import CLASSES, callback, on_demand
 from escort_mj.plan import Plan, State
-from escort_mj.world.loop.addresses import Addresses, behind, unpack_addresses
+from escort_mj.robots.addresses import Addresses
+from escort_mj.world.loop.addresses import behind, unpack_addresses
 from escort_mj.world.loop.drives import read_forces, read_headings, read_points
 from escort_mj.world.loop.layout import offset, size
 from escort_mj.world.loop.motors import command_motors

@@ -8,8 +8,8 @@ from __future__ import annotations
 from escort_mj.monitor.mass import INT
 from escort_mj.native.kernels import DOUBLE, int_at, matrix_at, pointer_at, stack_memory, vector_at
 from escort_mj.native.on_demand import on_demand
+from escort_mj.robots.addresses import Addresses
 from escort_mj.robots.hydrodynamics import ENTRIES, FREEDOMS, immerse
-from escort_mj.world.loop.addresses import Addresses
 from escort_mj.world.loop.layout import offset
 from escort_mj.world.loop.library import factor_mass
 

@@ -15,7 +15,7 @@ from escort_mj.study.engine.backends import here
 from escort_mj.study.engine.store import Row
 from escort_mj.study.search.evaluate import base_of
 from escort_mj.study.search.tune import _gain, tune_design
-from escort_mj.study.search.tune_table import tuning_lines
+from escort_mj.study.search.tuned import tuning_lines
 from escort_mj.study.sweeps.definition import load_study
 from escort_mj.study.sweeps.design import Design
 

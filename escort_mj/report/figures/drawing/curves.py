@@ -13,8 +13,8 @@ from matplotlib.ticker import LogFormatterSciNotation, LogLocator, NullFormatter
 from numpy.typing import NDArray
 
 from escort_mj import palette
+from escort_mj.palette import LOST
 from escort_mj.report.figures.drawing.style import Key
-from escort_mj.report.figures.losses import LOST
 
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]

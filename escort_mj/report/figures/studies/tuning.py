@@ -4,17 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.axes import Axes
 
 from escort_mj.metrics import METRICS
 from escort_mj.report.figures.drawing.style import figure
+from escort_mj.study.search.tuned import Tuned, TunedPoint
 from escort_mj.study.sweeps.searches import Objective, Tune
-
-if TYPE_CHECKING:
-    from escort_mj.study.search.tune import Tuned, TunedPoint
 
 UNITS = {metric.name: metric.unit for metric in METRICS}
 KEPT, BROKEN, OWN, FRONT = "#3B6FB6", "#B9BEC6", "#B00020", "#1E7B4F"

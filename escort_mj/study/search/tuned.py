@@ -3,16 +3,88 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING
+from dataclasses import dataclass
+from typing import NamedTuple
 
 from escort_mj.metrics import METRICS
 from escort_mj.record.tables import comma_separated
 from escort_mj.study.sweeps.searches import Tune
 
-if TYPE_CHECKING:
-    from escort_mj.study.search.tune import Gain, Tuned, TunedPoint
-
 UNITS = {metric.name: "" if metric.unit == "1" else f" {metric.unit}" for metric in METRICS}
+
+
+@dataclass(frozen=True)
+class TunedPoint:
+    """What came of one point.
+
+    Attributes:
+        point: The values that were tried; empty for the scenario's own.
+        values: Of the objectives, in their order; None where no scenario is possible or a run has no value.
+        bounded: Means of the metrics that have bounds.
+        violations: By how much it breaks each constraint, by its size; up to 0 it holds.
+    """
+
+    point: dict[str, float]
+    values: tuple[float, ...] | None
+    bounded: dict[str, float]
+    violations: dict[str, float]
+
+    @property
+    def feasible(self) -> bool:
+        """Whether it has values and every constraint holds."""
+        return self.values is not None and all(excess <= 0.0 for excess in self.violations.values())
+
+
+class Gain(NamedTuple):
+    """One metric with the best values against the scenario's own, on the seeds held out.
+
+    Attributes:
+        own: Its mean with the scenario's own values, of pairs of which neither says never.
+        best: Its mean with the best ones, of the same pairs.
+        change: Relative change of the mean.
+        low: Lower bound of a bootstrap interval of the change, pairs of runs drawn again.
+        high: Upper bound.
+        better: In how many pairs it is smaller; never is larger than any number.
+        pairs: How many there are, those with never included.
+        never: In how many of them it says never: with the scenario's own values, and with the best ones.
+    """
+
+    own: float
+    best: float
+    change: float
+    low: float
+    high: float
+    better: int
+    pairs: int
+    never: tuple[int, int]
+
+
+@dataclass(frozen=True)
+class Tuned:
+    """What tuning came to.
+
+    Attributes:
+        own: The scenario's own values.
+        trials: Every point that was tried, in order.
+        front: Places in it of the feasible points that no other betters in all objectives, by the first.
+        gains: By metric, of the front's first against the scenario's own; empty without seeds held out.
+        failed: Runs held out that failed a verdict: with the scenario's own values, and with the best.
+        runs: Runs that it took, made before or now.
+        made: How many of them were made now.
+    """
+
+    own: TunedPoint
+    trials: tuple[TunedPoint, ...]
+    front: tuple[int, ...]
+    gains: dict[str, Gain]
+    failed: tuple[int, int]
+    runs: int
+    made: int
+
+    @property
+    def best(self) -> TunedPoint:
+        """The feasible trial that is best in the first objective."""
+        return self.trials[self.front[0]]
 
 
 def trials_csv(search: Tune, own: TunedPoint, trials: Sequence[TunedPoint], front: Sequence[int]) -> str:
