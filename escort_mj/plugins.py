@@ -1,16 +1,18 @@
 """What plugins are made of (docs/plugins.md): base classes, and what their methods see and return."""
 
 from escort_mj.behaviors.behavior import Behavior
+from escort_mj.components.equations import Memory
 from escort_mj.components.views import ACROSS, ALONG, NOTHING, BehaviorView
 from escort_mj.estimators import Estimator, EstimatorView
 from escort_mj.expectations.expectation import Judgment
 from escort_mj.expectations.expectation import Windowed as Expectation
 from escort_mj.knowledge.sight import BEARING, POSITION, RANGE, VELOCITY
-from escort_mj.laws.law import Law, Memory
+from escort_mj.laws.law import Law
 from escort_mj.metrics.measure import Measure
 from escort_mj.metrics.metric import metric
 from escort_mj.native.values import Values
 from escort_mj.policies import ACTS, RESTS, Policy, PolicyView
+from escort_mj.radios import Radio
 from escort_mj.robots import RobotKind
 
 __all__ = [
@@ -34,6 +36,7 @@ __all__ = [
     "Measure",
     "Policy",
     "PolicyView",
+    "Radio",
     "RobotKind",
     "Values",
     "metric",

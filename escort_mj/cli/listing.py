@@ -24,6 +24,7 @@ TAGS = {
     "robots": "kind",
     "outer-loops": "loop",
     "estimators": "estimator",
+    "radios": "radio",
     "policies": "policy",
 }
 Kind = Literal[
@@ -33,6 +34,7 @@ Kind = Literal[
     "behaviors",
     "outer-loops",
     "estimators",
+    "radios",
     "policies",
     "robots",
     "metrics",
@@ -205,6 +207,7 @@ LISTS: dict[Kind, Callable[[Sequence[str]], Iterator[Listed]]] = {
     "behaviors": _components("behavior"),
     "outer-loops": _components("loop"),
     "estimators": _components("estimator"),
+    "radios": _components("radio"),
     "policies": _components("policy"),
     "robots": _components("kind"),
     "metrics": _metrics,

@@ -2,15 +2,17 @@
 
 from collections.abc import Callable, Sequence
 from functools import cache
-from typing import Annotated, Any, ClassVar, Literal, NamedTuple, get_args, get_origin
+from types import NoneType
+from typing import Annotated, Any, ClassVar, Literal, NamedTuple, get_args, get_origin, overload
 
 from pydantic import ConfigDict
 
-from escort_mj.components.parameters import NAME_KEYS, Parameters
+from escort_mj.components.parameters import NAME_KEYS, UNLIMITED, Parameters
 from escort_mj.components.setup import MissionSetup
 from escort_mj.native.fields import Array, Fields, Value
-from escort_mj.native.kernels import reachable
+from escort_mj.native.kernels import DOUBLE, data_address, inlined, reachable
 from escort_mj.native.memory import Layout, viewer
+from escort_mj.plan import Plan
 
 OUTSIDE = -1  # in place of a component's number: what it would compute is written from outside, between steps
 
@@ -37,10 +39,40 @@ class Compiled(metaclass=_ByNumba):
     """What @njit makes of a function."""
 
 
+class Derived:
+    """A property that is a float, worked out from keys that kernels do not read: they read it as a parameter.
+
+    Args:
+        function: Works it out.
+    """
+
+    def __init__(self, function: Callable[[Any], float]) -> None:
+        self._function = function
+        self.__doc__ = function.__doc__
+
+    @overload
+    def __get__(self, own: None, kind: type) -> "Derived": ...
+    @overload
+    def __get__(self, own: object, kind: type) -> float: ...
+    def __get__(self, own: object | None, kind: type) -> "Derived | float":
+        return self if own is None else self._function(own)
+
+
+def derived_of(model: type) -> list[str]:
+    """Return the names of what kernels read beside the parameters of a component, its first base's first."""
+    found = (
+        name
+        for owner in reversed(model.__mro__)
+        for name, value in vars(owner).items()
+        if isinstance(value, Derived)
+    )
+    return list(dict.fromkeys(found))
+
+
 class Component(Parameters):
     """Base of laws and behaviors; kernels read parameters that are numbers, true or false, or choices."""
 
-    model_config = ConfigDict(ignored_types=(Compiled,))
+    model_config = ConfigDict(ignored_types=(Compiled, Derived))
 
     method: ClassVar[str]
     """Name of the method that a plugin writes."""
@@ -69,17 +101,15 @@ class Component(Parameters):
         Raises:
             TypeError: If a parameter is something else.
         """
-        found: dict[str, type] = {}
+        found: dict[str, type] = dict.fromkeys(derived_of(cls), float)
         for name, field in cls.model_fields.items():
             if name in cls.python_only:
                 continue
-            kind: Any = field.annotation
-            if get_origin(kind) is Literal:
-                kind = int
+            kind = _kind_of(field.annotation)
             if kind not in (float, int, bool):
                 raise TypeError(
                     f"{name}: found {field.annotation}; a parameter of a law or behavior is a float, an int, "
-                    "a bool or a Literal of names"
+                    "a bool, a Literal of names, or a float or None for no limit"
                 )
             found[name] = kind
         return found
@@ -94,17 +124,19 @@ class Component(Parameters):
         for name in self.numbers():
             value = getattr(self, name)
             choices = choices_of(type(self), name)
-            values[name] = float(choices.index(value) if choices else value)
+            values[name] = float(choices.index(value) if choices else UNLIMITED if value is None else value)
         return values
 
     @classmethod
     def unpacked(cls, values: dict[str, Any]) -> Any:
-        """Return its parameters from numbers."""
-        named = dict(values)
+        """Return its parameters from numbers; it has no others."""
+        found = cls.model_construct()
+        for name in cls.python_only.difference(NAME_KEYS):
+            del found.__dict__[name]
         for name, value in values.items():
-            if choices := choices_of(cls, name):
-                named[name] = Choice(int(value), choices)
-        return cls.model_construct(**named)
+            choices = choices_of(cls, name)
+            found.__dict__[name] = Choice(int(value), choices) if choices else value
+        return found
 
 
 class Choice(int):
@@ -125,10 +157,26 @@ class Choice(int):
         return hash(self.name)
 
 
+def kind_of(model: type[Component]) -> str:
+    """Return what kind of component a class is, by the key that names it."""
+    return next(key for key in NAME_KEYS if key in model.model_fields)
+
+
 def choices_of(model: type[Component], name: str) -> tuple[Any, ...]:
     """Return what a parameter may be chosen from; nothing for a number."""
-    kind = model.model_fields[name].annotation
+    kind = model.model_fields[name].annotation if name in model.model_fields else None
     return get_args(kind) if get_origin(kind) is Literal else ()
+
+
+def _kind_of(annotation: Any) -> Any:
+    """Return what a parameter is in kernels: of a choice its place, of a float or None a float."""
+    if get_origin(annotation) is Literal:
+        return int
+    kinds = [kind for kind in get_args(annotation) if kind is not NoneType]
+    if len(kinds) == 1 and NoneType in get_args(annotation):
+        bare = get_args(kinds[0])[0] if get_origin(kinds[0]) is Annotated else kinds[0]
+        return bare if bare is float else annotation
+    return annotation
 
 
 def layout_of(model: type[Component], number: int) -> Layout:
@@ -161,3 +209,9 @@ def reader(model: type[Component]) -> Callable[[int, int], Any]:
 def shipped_layout(model: type[Component]) -> Layout:
     """Return how the parameters of a component that ships lie in memory."""
     return layout_of(model, 0)
+
+
+@inlined
+def block_at(place: int, plan: Plan) -> int:
+    """Return the address of the block of a component's parameters that begins at a place."""
+    return data_address(plan.parameters) + DOUBLE * place

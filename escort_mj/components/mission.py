@@ -18,6 +18,7 @@ class MissionParameters(Fields):
     target_feedforward: Annotated[
         bool, Value("1", "whether the target's velocity is added to the escort behaviors")
     ]
+    robots: Annotated[int, Value("1", "number of robots, n")]
     robot_radius: Annotated[Array, "n", Value("m", "of each robot")]
     force_limit: Annotated[Array, "n", Value("N", "largest force per axis; 1e300 for no limit")]
 
@@ -33,7 +34,7 @@ class MissionParameters(Fields):
             "robot_radius",
             "force_limit",
         )
-        return {name: getattr(setup, name) for name in names}
+        return {name: getattr(setup, name) for name in names} | {"robots": setup.count}
 
 
 class MissionSignals(Fields):

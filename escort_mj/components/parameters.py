@@ -12,7 +12,7 @@ from pydantic import BaseModel, ConfigDict, Field
 if TYPE_CHECKING:
     from pydantic import GetJsonSchemaHandler
 
-NAME_KEYS = ("law", "behavior", "kind", "loop", "estimator", "policy")
+NAME_KEYS = ("law", "behavior", "kind", "loop", "estimator", "policy", "radio")
 """Keys of tables that may be one of several: which one a table is."""
 UNLIMITED = 1e300  # stands for an infinite limit, which XML cannot hold
 TEXT = r"^[^\x00-\x08\x0b-\x1f\x7f-\x9f\ufffe\uffff]*$"  # what NetCDF and XML can hold

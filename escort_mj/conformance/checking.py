@@ -16,6 +16,7 @@ from escort_mj.conformance.laws import check_law
 from escort_mj.conformance.missions import check_missions
 from escort_mj.conformance.parameters import check_parameters
 from escort_mj.conformance.policies import check_policy
+from escort_mj.conformance.radios import check_radio
 from escort_mj.conformance.records import check_expectation, try_metric
 from escort_mj.conformance.stand import BrokenError, CheckResult
 from escort_mj.errors import EscortError
@@ -25,6 +26,7 @@ from escort_mj.laws.law import Law
 from escort_mj.metrics.metric import Metric
 from escort_mj.plugin_calls import place_of
 from escort_mj.policies import Policy
+from escort_mj.radios import Radio
 from escort_mj.robots import RobotKind
 from escort_mj.scenario.reader.catalog import assemble, scenario_type
 from escort_mj.scenario.reader.plugins import Plugin, load_plugin, source_of
@@ -35,6 +37,7 @@ CHECKS: dict[type[Any], tuple[Checks, ...]] = {
     Behavior: (check_parameters, check_behavior, check_missions),
     Policy: (check_parameters, check_policy, check_missions),
     Estimator: (check_parameters, check_estimator, check_missions),
+    Radio: (check_parameters, check_radio, check_missions),
     RobotKind: (check_parameters, check_kind, check_missions),
     Metric: (try_metric,),
     Expectation: (check_parameters, check_expectation),

@@ -6,12 +6,13 @@ from collections.abc import Iterator
 from typing import Any
 
 from escort_mj.behaviors.behavior import Behavior
-from escort_mj.conformance.stand import CheckResult, seen_and_heard, trying
+from escort_mj.conformance.stand import CheckResult, heard_over, seen_and_heard, trying
 from escort_mj.estimators import Estimator
 from escort_mj.laws.law import Law
 from escort_mj.mission import Flight
 from escort_mj.mission.batch import fly_many
 from escort_mj.policies import Policy
+from escort_mj.radios import Radio
 from escort_mj.robots import RobotKind
 from escort_mj.scenario.schema.scenario import Scenario
 
@@ -70,6 +71,8 @@ def mission_with(member: type[Any], kind: type[Scenario], axes: int) -> Scenario
         table["target"] = target
     elif issubclass(member, Estimator):
         table |= seen_and_heard(member.model_fields["estimator"].default, member.needs[0])
+    elif issubclass(member, Radio):
+        table |= heard_over(member.model_fields["radio"].default)
     elif issubclass(member, RobotKind):
         table["robots"] = {"kind": member.model_fields["kind"].default, "force_limit": 100.0}
     return kind.model_validate(table)

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from escort_mj.components.component import Component
+from escort_mj.components.equations import Equations
 from escort_mj.conformance.stand import (
     ROUNDING,
     SEED,
@@ -17,7 +18,6 @@ from escort_mj.conformance.stand import (
     relative_gap,
     stands,
 )
-from escort_mj.laws.law import Law
 from escort_mj.plugin_calls import place_of
 from escort_mj.policies import Policy
 from escort_mj.scenario.schema.scenario import Scenario
@@ -67,7 +67,7 @@ def check_calls(member: type[Component], kind: type[Scenario]) -> Iterator[Check
 
 def _in_bounds(member: type[Component], kind: type[Scenario]) -> Iterator[CheckResult]:
     """Run a compiled form as Python first: there an index beyond its array is an error, not a wild write."""
-    if not member.compiled or issubclass(member, Law):  # equations have no indices
+    if not member.compiled or issubclass(member, Equations):  # equations have no indices
         return
     for stand in stands(member, kind):
         random = np.random.default_rng(SEED)

@@ -18,6 +18,7 @@ from escort_mj.memory.layout import LAYOUT, State, state_size, unpack_plan, unpa
 from escort_mj.memory.packing import pack
 from escort_mj.native.kernels import DOUBLE
 from escort_mj.policies import Policy
+from escort_mj.radios import Radio
 from escort_mj.scenario.schema.scenario import Scenario
 from escort_mj.scenario.setup import controller_setup
 
@@ -66,6 +67,7 @@ class Stand:
     Attributes:
         own: What is called.
         state: Its memory.
+        timestep: Physics step [s].
     """
 
     def __init__(self, own: Any, kind: type[Scenario], robots: int, axes: int) -> None:
@@ -88,6 +90,8 @@ class Stand:
             table["target"] = {"policy": own.model_dump()}
         elif isinstance(own, Estimator):
             table |= seen_and_heard(own.model_dump(), MEASURES)
+        elif isinstance(own, Radio):
+            table |= heard_over(own.model_dump())
         else:
             table["mission"] = {"behaviors": (own.model_dump(),)}
         setup = controller_setup(kind.model_validate(table))
@@ -103,6 +107,9 @@ class Stand:
             place = int(plan.mover_place[0])
         if isinstance(own, Estimator):
             place, self.sight_variance = plan.estimator_place, plan.sight_variance
+        if isinstance(own, Radio):
+            place = plan.radio_place
+        self.timestep = plan.timestep
         self._block = plan.parameters.ctypes.data + DOUBLE * place
 
     @property
@@ -138,6 +145,11 @@ class Stand:
             values[:] = random.standard_normal(values.shape)
         if isinstance(self.own, Estimator):
             self._inform(random)
+        if isinstance(self.own, Radio):
+            state.message_sender[0], state.message_receiver[0] = random.integers(0, len(state.q), 2)
+            state.message_number[0], state.message_distance[0] = random.integers(0, 1000), random.random()
+            state.message_draws[:] = random.random(2)
+            state.link_memory[:] = random.integers(0, 2, len(state.link_memory))
 
     def _inform(self, random: np.random.Generator) -> None:
         """Draw what robots believe, see and hear: one of the messages, or none."""
@@ -183,6 +195,8 @@ class Stand:
     @property
     def numbers(self) -> int:
         """How many robots, or bodies with a policy, the method can be called for."""
+        if isinstance(self.own, Radio):
+            return 2  # questions
         return len(self.state.mover_position) if isinstance(self.own, Policy) else len(self.state.q)
 
     def outputs(self) -> Array:
@@ -206,6 +220,11 @@ def seen_and_heard(estimator: Any, measures: Sequence[str]) -> dict[str, Any]:
         "knowledge": {"estimator": estimator, "target": sight, "initial": {"position": 0.5}},
         "communication": {"rate": 50.0, "delay": 0.04, "loss": 0.2},
     }
+
+
+def heard_over(radio: Any) -> dict[str, Any]:
+    """Tables of a scenario in which robots have a radio, and one of them sees the target."""
+    return {"knowledge": {"target": {"robots": (1,)}}, "communication": radio}
 
 
 def stands(member: type[Component], kind: type[Scenario]) -> Iterator[Stand]:

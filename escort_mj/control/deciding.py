@@ -5,12 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Annotated, Any
 
-from escort_mj.components.component import number_of, reader
+from escort_mj.components.component import block_at, number_of, reader
 from escort_mj.components.dispatch import one_of
 from escort_mj.components.movers import COMES, COMMANDED, NO_POLICY
 from escort_mj.components.setup import MissionSetup
 from escort_mj.control.custom.calls import custom_policy
-from escort_mj.control.nsb import block_at
 from escort_mj.control.opponents import aim, turn_back
 from escort_mj.native.fields import Array, Fields, Value
 from escort_mj.native.kernels import inlined, reachable, stack_memory, vector_at, view_addresses

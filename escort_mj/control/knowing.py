@@ -8,17 +8,16 @@ from typing import Annotated, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from escort_mj.components.component import number_of, reader
+from escort_mj.components.component import block_at, number_of, reader
 from escort_mj.components.dispatch import one_of
 from escort_mj.components.setup import MissionSetup
 from escort_mj.control.custom.calls import custom_estimator
-from escort_mj.control.nsb import block_at
+from escort_mj.control.messages import NEVER, begin_radio, send
 from escort_mj.estimators import ESTIMATORS, Estimator
 from escort_mj.estimators.estimator import estimator_view
 from escort_mj.knowledge.auction import begin_auction, hear_bids
 from escort_mj.knowledge.belief import LEAST_VARIANCE, carry, target_shown, target_speed_shown
-from escort_mj.knowledge.links import NOBODY
-from escort_mj.knowledge.messages import NEVER, begin_radio, send
+from escort_mj.knowledge.links import NOBODY, radio_of
 from escort_mj.knowledge.sight import sight_target
 from escort_mj.native.fields import Fields, Value
 from escort_mj.native.kernels import inlined, inlined_once, reachable, view_addresses
@@ -188,6 +187,7 @@ def _note(plan: Plan, state: State) -> None:
     n, p = state.q.shape
     slots, size = state.link_from.shape[1], state.belief.shape[1]
     x, covariance = state.belief_work[0, :size], state.belief_work[1]
+    timeout = radio_of(plan).timeout if slots > 0 else 0.0
     for i in range(n):
         state.information_age[i] = state.time[0] - state.belief_fix[i]
         for k in range(size * size):
@@ -199,7 +199,7 @@ def _note(plan: Plan, state: State) -> None:
                 state.target_covariance[i, a * p + b] = covariance[a * size + b] if sure else 0.0
         for s in range(slots):
             age = (state.step[0] - state.link_step[i, s]) * plan.timestep
-            known = state.link_step[i, s] >= 0.0 and age <= plan.radio_timeout
+            known = state.link_step[i, s] >= 0.0 and age <= timeout
             state.heard_from[i, s] = state.link_from[i, s] + 1.0 if known else 0.0
 
 

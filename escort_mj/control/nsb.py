@@ -20,14 +20,14 @@ from numpy.typing import NDArray
 from escort_mj.behaviors import BEHAVIORS, AvoidObstacles, Behavior
 from escort_mj.behaviors.avoid_obstacles import sidestep
 from escort_mj.behaviors.wish import MAX_DIRECTIONS, MAX_LEVELS, Wish
-from escort_mj.components.component import number_of, reader
+from escort_mj.components.component import block_at, number_of, reader
 from escort_mj.components.dispatch import one_of
 from escort_mj.components.parameters import UNLIMITED
 from escort_mj.components.setup import MissionSetup
 from escort_mj.control.custom.calls import custom_wishes
 from escort_mj.knowledge.belief import target_velocity_rows
 from escort_mj.native.fields import Array, Fields, Value
-from escort_mj.native.kernels import DOUBLE, data_address, inlined, merged
+from escort_mj.native.kernels import inlined, merged
 from escort_mj.native.lanes import (
     Lanes,
     any_of,
@@ -184,12 +184,6 @@ def wish(i: int, level: int, plan: Plan, state: State, x: Array, parts: Array, a
     """
     behavior, block = int(plan.level_behavior[level]), block_at(int(plan.level_place[level]), plan)
     return _wish_of(behavior, block, i, plan, state, x, parts, at)
-
-
-@inlined
-def block_at(place: int, plan: Plan) -> int:
-    """Return the address of the block of a component's parameters that begins at a place."""
-    return data_address(plan.parameters) + DOUBLE * place
 
 
 def _wish_by(behavior: type[Behavior]) -> Callable[..., Any]:

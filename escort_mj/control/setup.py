@@ -11,9 +11,9 @@ from escort_mj.control.outer_loops import Nsb, OuterLoop
 from escort_mj.control.supervisor import ControlPhase
 from escort_mj.control.trigger import Trigger
 from escort_mj.estimators import Estimator, Hold
-from escort_mj.knowledge.links import Radio
 from escort_mj.knowledge.sight import Sight
 from escort_mj.laws import Law
+from escort_mj.radios import Radio
 from escort_mj.sensing.sensors import Sensors
 
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Annotated, Any
 
-from escort_mj.components.component import OUTSIDE, number_of, reader
+from escort_mj.components.component import OUTSIDE, block_at, number_of, reader
 from escort_mj.components.dispatch import one_of
 from escort_mj.components.setup import MissionSetup
-from escort_mj.control.nsb import block_at, compose, ruled
+from escort_mj.control.nsb import compose, ruled
 from escort_mj.control.outer_loops import OUTER_LOOPS, OuterLoop
 from escort_mj.native.fields import Fields, Value
 from escort_mj.native.kernels import inlined, reachable

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from escort_mj.components.parameters import UNLIMITED
 from escort_mj.components.setup import MissionSetup
+from escort_mj.knowledge.links import radio_of
 from escort_mj.native.fields import Array, Fields, Value
 from escort_mj.native.kernels import inlined, stack_memory, vector_at
 from escort_mj.native.lanes import WIDTH
@@ -89,7 +90,7 @@ def mate_at(robot: int, place: int, plan: Plan, state: State) -> tuple[int, floa
 def heard_at(robot: int, place: int, plan: Plan, state: State) -> tuple[int, float]:
     """Return which robot, of any team, one has heard within the timeout in a slot; likewise."""
     mate, age = int(state.link_from[robot, place]), age_of(robot, place, plan, state)
-    if mate < 0 or age == math.inf or age > plan.radio_timeout or state.lost[mate] != 0.0:
+    if mate < 0 or age == math.inf or age > radio_of(plan).timeout or state.lost[mate] != 0.0:
         return -1, 0.0
     return mate, age
 

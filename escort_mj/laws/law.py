@@ -1,31 +1,26 @@
 """Base of laws: what force each robot is to have, so that it follows the reference of the outer loop."""
 
 from collections.abc import Callable
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, ClassVar
 
 from pydantic import PositiveFloat
 
-from escort_mj.components.component import Component
+from escort_mj.components.equations import Equations
 from escort_mj.components.views import LAW_OUTPUTS, LawView
 from escort_mj.native.memory import layout_with
 from escort_mj.native.values import Names, Values
 
 RATE = "_rate"  # ends the name of the method that gives the rate of what is integrated
 
-
-class Memory(NamedTuple):
-    """A number of a law's own for every robot and axis: the integral of its rate, at first 0.
-
-    Attributes:
-        unit: SI unit.
-        meaning: In a few words.
-    """
-
-    unit: str
-    meaning: str
+NAMES = (
+    *((name, name) for name in ("timestep", "time", "q_measured", "v_measured", "q_d", "v_d")),
+    *((name, name) for name in ("e", "e_dot", "s", "v_d_rate", "rho_hat")),
+    *(("force_limit", "force_limits"), ("bias", "model_bias")),
+)
+"""What a law can read, and the fields of `LawView` that have it."""
 
 
-class Law(Component):
+class Law(Equations):
     """What force each robot is to have, so that it follows its reference.
 
     A subclass has a key `law` with its name, parameters, and equations between values, each of one axis of
@@ -39,6 +34,10 @@ class Law(Component):
     method: ClassVar[str] = "force"
     view: ClassVar[type] = LawView
     outputs: ClassVar[tuple[str, ...]] = LAW_OUTPUTS
+    asks: ClassVar[tuple[str, ...]] = ("force", "rho_hat" + RATE)
+    moves: ClassVar[str] = RATE
+    reads: ClassVar[tuple[tuple[str, str], ...]] = NAMES
+    keeps: ClassVar[str] = "law_memory"
     needs_model: ClassVar[bool] = False
     """Whether it is given mass matrix and bias force."""
     has_lyapunov: ClassVar[bool] = False
@@ -79,24 +78,18 @@ class Law(Component):
         return cls.title or str(cls.model_fields["law"].default)
 
     @classmethod
-    def memories(cls) -> dict[str, Memory]:
-        """Return what it integrates besides the estimate, by name."""
-        found = (vars(base) for base in reversed(cls.__mro__))
-        return {name: value for own in found for name, value in own.items() if isinstance(value, Memory)}
-
-    @classmethod
     def names(cls) -> Names:
         """Return by what names it reads values: those that it is given."""
-        given = {"bias": cls.needs_model, "v_d_rate": cls.differentiates}
-        fields = tuple(pair for pair in NAMES if given.get(pair[0], True))
-        return Names(fields, tuple((name, "law_memory", row) for row, name in enumerate(cls.memories())))
+        given, found = {"bias": cls.needs_model, "v_d_rate": cls.differentiates}, super().names()
+        return found._replace(fields=tuple(pair for pair in found.fields if given.get(pair[0], True)))
 
     @classmethod
     def equations(cls) -> dict[str, Callable[..., Any]]:
         """Return its methods of values: the force, the rates, and the acceleration if it has one."""
-        names = ["force", "rho_hat" + RATE, *(name + RATE for name in cls.memories())]
-        names += ["acceleration"] * (cls.acceleration is not Law.acceleration)
-        return {name: getattr(cls, name) for name in names}
+        found = super().equations()
+        if cls.acceleration is not Law.acceleration:
+            found["acceleration"] = cls.acceleration
+        return found
 
     @property
     def estimate_at_start(self) -> float:
@@ -107,14 +100,6 @@ class Law(Component):
     def filter_time(self) -> float:
         """Return the time constant of the filter of the differentiated v_d, where the law has one [s]."""
         return float(getattr(self, "acceleration_filter", 0.0))
-
-
-NAMES = (
-    *((name, name) for name in ("timestep", "time", "q_measured", "v_measured", "q_d", "v_d")),
-    *((name, name) for name in ("e", "e_dot", "s", "v_d_rate", "rho_hat")),
-    *(("force_limit", "force_limits"), ("bias", "model_bias")),
-)
-"""What a law can read, and the fields of `LawView` that have it."""
 
 
 def law_view(plan: int, state: int, axes: int) -> LawView:

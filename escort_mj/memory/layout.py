@@ -30,6 +30,7 @@ from escort_mj.control.failure import FailureParameters
 from escort_mj.control.harmonics import HarmonicParameters
 from escort_mj.control.inner import InnerLoopParameters, InnerLoopState
 from escort_mj.control.knowing import EstimatorParameters
+from escort_mj.control.messages import MessageState
 from escort_mj.control.nsb import StackParameters
 from escort_mj.control.opponents import OpponentParameters, OpponentState
 from escort_mj.control.outer_loops.detour import DetourState
@@ -41,7 +42,6 @@ from escort_mj.estimators.estimator import EstimatorView, estimator_view
 from escort_mj.knowledge.auction import AuctionParameters, AuctionState
 from escort_mj.knowledge.belief import BeliefParameters, BeliefState
 from escort_mj.knowledge.links import LinkParameters, LinkState
-from escort_mj.knowledge.messages import MessageState
 from escort_mj.knowledge.sight import SightParameters, SightState
 from escort_mj.knowledge.teammates import TeammateParameters, TeammateState
 from escort_mj.laws.law import law_view
@@ -58,6 +58,7 @@ from escort_mj.numerics.neighbors import NeighborState
 from escort_mj.numerics.program import ProgramParameters, ProgramState
 from escort_mj.numerics.reform import ReformingParameters, ReformingState
 from escort_mj.policies.policy import PolicyView, policy_view
+from escort_mj.radios.radio import RadioView, radio_view
 from escort_mj.sensing.lidar import LidarParameters, LidarState
 from escort_mj.sensing.sensors import SensorParameters, SensorState
 from escort_mj.signals import Signals
@@ -174,6 +175,7 @@ LAYOUT.part(LawView)
 LAYOUT.part(BehaviorView)
 LAYOUT.part(PolicyView)
 LAYOUT.part(EstimatorView)
+LAYOUT.part(RadioView)
 
 
 @inlined
@@ -210,6 +212,7 @@ viewer(LAYOUT, State, unpack_state)
 viewer(LAYOUT, LawView, law_view)
 viewer(LAYOUT, PolicyView, policy_view)
 viewer(LAYOUT, EstimatorView, estimator_view)
+viewer(LAYOUT, RadioView, radio_view)
 
 
 def state_size(packed: Array) -> int:

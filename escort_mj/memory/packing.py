@@ -25,6 +25,7 @@ from escort_mj.numerics.neighbors import LISTED
 from escort_mj.numerics.program import Op
 from escort_mj.numerics.reform import scratch_size
 from escort_mj.policies import POLICIES
+from escort_mj.radios import RADIOS
 from escort_mj.sensing.sensors import rows_of_past
 from escort_mj.signals import SIGNALS
 
@@ -102,7 +103,8 @@ def pack(
         "turned": n if setup.apart else 1,
         "apart": n * setup.apart,
         "bidding": n * setup.auctioned,
-        "depth": setup.radio.depth if setup.radio else 0,
+        "depth": setup.radio.depth(setup.timestep, n) if setup.radio else 0,
+        "link_memories": len(setup.radio.memories()) if setup.radio else 0,
         "seen": (n + 1) * setup.shaped,
         "differentiating": n * any(law.differentiates for law in setup.all_laws),
         "watched": watched,
@@ -183,21 +185,24 @@ def _components(setup: Setup) -> dict[str, Any]:
     blocks, places, end = [], [], 0
     willed = [mover.policy for mover in setup.movers if mover.policy is not None]
     members: list[Component] = [setup.law, setup.outer, setup.estimator, *setup.all_behaviors, *willed]
-    members += setup.laws
+    radios = [setup.radio] if setup.radio is not None else []
+    members += [*radios, *setup.laws]
     for member in members:
         places.append(end)
-        if type(member) in (*LAWS, *OUTER_LOOPS, *ESTIMATORS, *BEHAVIORS, *POLICIES):
+        if type(member) in (*LAWS, *OUTER_LOOPS, *ESTIMATORS, *BEHAVIORS, *POLICIES, *RADIOS):
             layout = shipped_layout(type(member))
             blocks.append(layout.pack({"p": setup.axes}, member.packed(setup)))
         else:
             blocks.append(block_of(member, setup.axes))
         end += len(blocks[-1])
     by_law = places[len(members) - len(setup.laws) :]
-    by_policy = places[len(members) - len(setup.laws) - len(willed) :]
+    by_radio = places[len(members) - len(setup.laws) - len(radios) :]
+    by_policy = places[len(members) - len(setup.laws) - len(radios) - len(willed) :]
     return {
         "parameters": np.concatenate(blocks),
         "team_law_place": by_law,
         "outer_place": places[1],
+        "radio_place": by_radio[0] if radios else 0,
         "estimator_place": places[2],
         "level_place": places[3 : 3 + len(setup.all_behaviors)],
         "mover_place": [0 if mover.policy is None else by_policy.pop(0) for mover in setup.movers],

@@ -23,7 +23,7 @@ class Names(NamedTuple):
 
     Attributes:
         fields: Name and field of the view: a number, one in a vector, or an array of axes.
-        rows: Name, field, and the row of the field that has such an array.
+        rows: Name, field, and the row of the field that has such an array, or a number.
     """
 
     fields: tuple[tuple[str, str], ...]
@@ -72,8 +72,8 @@ class Axes(Values):
         raise AttributeError(unknown(name, self._names.known))
 
     def _read(self, value: Any, row: int | None) -> Any:
-        if not isinstance(value, np.ndarray) or value.shape == (1,):
-            return float(value if np.ndim(value) == 0 else value[0])
+        if not isinstance(value, np.ndarray) or value.ndim == 1 and (row is not None or value.shape == (1,)):
+            return float(value if np.ndim(value) == 0 else value[row or 0])
         first = 0 if row is None else row * value.shape[1] * value.shape[2]
         return load(value, first + self._at) if np.ndim(self._at) == 0 else pick(value, first + self._at)
 

@@ -32,7 +32,7 @@ from escort_mj.scenario.geometry.trajectory import (
     trajectory,
 )
 from escort_mj.scenario.schema.expressions import Expression
-from escort_mj.scenario.schema.knowledge import DERIVATIVES, Knowledge, radio_of, sight_of
+from escort_mj.scenario.schema.knowledge import DERIVATIVES, Knowledge, sight_of
 from escort_mj.scenario.schema.obstacle_tables import Drive, Motion
 from escort_mj.scenario.schema.scenario import Scenario
 from escort_mj.scenario.schema.sensing import sensors
@@ -107,7 +107,7 @@ def _knowledge(scenario: Scenario, count: int) -> dict[str, Any]:
     knowledge, timestep = knowledge or Knowledge(), scenario.physics.timestep
     return {
         "sight": sight_of(knowledge, timestep, count),
-        "radio": radio_of(communication, timestep, count) if communication else None,
+        "radio": communication,
         "estimator": knowledge.estimator,
         "start_deviation": tuple(getattr(knowledge.initial, name) for name in DERIVATIVES),
     }

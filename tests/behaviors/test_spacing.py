@@ -2,7 +2,6 @@
 
 from dataclasses import replace
 
-import numpy as np
 import pytest
 
 import escort_mj
@@ -11,9 +10,10 @@ from escort_mj.behaviors import Repulsion, Surface
 from escort_mj.behaviors.connect import Connect
 from escort_mj.behaviors.spacing import Spacing
 from escort_mj.control.outer_loops import SetBased
-from escort_mj.knowledge.links import Radio
 from escort_mj.knowledge.sight import Sight
 from escort_mj.measuring import measure
+from escort_mj.radios import Periodic
+from escort_mj.radios.radio import Loss, Nearest
 from escort_mj.sensing.sensors import Channel, Sensors
 from tests.control.twins import AVOID, compare, mission
 
@@ -24,7 +24,9 @@ STACKS = [
 ]
 NEAR = {"behavior": "avoid_obstacles", "safe_distance": 0.8}
 SEEN = Sight((True,) * 6, noise=(0.05, 0.1, -1.0, -1.0))
-NEAREST = Radio(np.full((6, 3), -1), every=2, delay=(0, 3), fail=0.3, recover=0.5, timeout=0.02)
+NEAREST = Periodic(
+    graph=Nearest(nearest=3), rate=250.0, delay=(0.0, 0.006), loss=Loss(mean=0.375, burst=2.0), timeout=0.02
+)
 
 
 @pytest.mark.crossed

@@ -11,29 +11,25 @@ from escort_mj.control.outer_loops import BarrierFilter, Nsb, PotentialField, Se
 from escort_mj.control.setup import Setup
 from escort_mj.control.trigger import Trigger
 from escort_mj.estimators import ESTIMATORS, CovarianceIntersection, Kalman
-from escort_mj.knowledge.links import Radio, Silence
 from escort_mj.knowledge.sight import Sight
+from escort_mj.radios import Periodic
+from escort_mj.radios.radio import Blackout, Loss, Nearest
 from escort_mj.sensing.sensors import Channel, Sensors
 from tests.control.twins import AVOID, REPULSION, SURFACE, VERTICES, compare, mission
 
 ALL = (True,) * 6
 
 
-def complete(count: int) -> np.ndarray:
-    return np.array([[j for j in range(count) if j != i] for i in range(count)])
-
-
-def anybody(count: int, slots: int) -> np.ndarray:
-    return np.full((count, slots), -1)
-
-
+CHAIN = Loss(mean=0.375, burst=2.0)  # a link fails with 0.3 and recovers with 0.5
 RADIOS = {
-    "every step": Radio(complete(6)),
-    "late and lossy": Radio(
-        complete(6), every=2, delay=(1, 5), jitter=1, fail=0.3, recover=0.5, timeout=0.02
+    "every step": Periodic(timeout=None),
+    "late and lossy": Periodic(rate=250.0, delay=(0.002, 0.01), jitter=0.002, loss=CHAIN, timeout=0.02),
+    "three nearest": Periodic(
+        graph=Nearest(nearest=3), delay=(0.0, 0.004), range=9.0, measure="surface", timeout=0.004
     ),
-    "three nearest": Radio(anybody(6, 3), every=1, delay=(0, 2), reach=9.0, surface=True, timeout=0.004),
-    "silence": Radio(complete(6), silences=(Silence(0.004, 0.01, (0, 0, 0, 1, 1, 1)),)),
+    "silence": Periodic(
+        timeout=None, blackouts=(Blackout(after=0.004, before=0.01, groups=((1, 2, 3), (4, 5, 6))),)
+    ),
 }
 SIGHTS = {
     "everybody": Sight(ALL, noise=(0.05, 0.1, -1.0, -1.0)),

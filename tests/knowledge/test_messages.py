@@ -1,6 +1,5 @@
 """Messages, one step at a time: who hears whom, when, and what is lost."""
 
-import math
 from dataclasses import replace
 from typing import Any
 
@@ -10,10 +9,9 @@ import pytest
 from escort_mj.behaviors import Surface
 from escort_mj.control.setup import Setup
 from escort_mj.estimators import Predict
-from escort_mj.knowledge.links import Radio, Silence
 from escort_mj.knowledge.sight import Sight
 from escort_mj.memory.layout import State
-from escort_mj.scenario.schema.knowledge import Communication, radio_of, senders_of
+from escort_mj.radios import Periodic, Radio
 from escort_mj.sensing.sensors import Sensors
 from tests.control.twins import Kernel, mission
 
@@ -22,8 +20,8 @@ LINE = np.array([[0.0, 0.0], [2.0, 0.0], [4.0, 0.0], [7.0, 0.0]])
 
 
 def told(**keys: Any) -> Radio:
-    """A radio, its times in steps of 2 ms, among four robots."""
-    return radio_of(Communication(**keys), STEP, 4)
+    """A radio that sends at a rate."""
+    return Periodic(**keys)
 
 
 def listening(radio: Radio, seers: tuple[bool, ...] = (True, False, False, False)) -> Setup:
@@ -63,7 +61,7 @@ def test_graphs() -> None:
     assert heard(Team(told(graph={"edges": [(1, 3)]})).walk(1)) == [{3}, set(), {1}, set()]
     assert heard(Team(told(graph={"nearest": 1})).walk(1)) == [{2}, {1}, {2}, {3}]
     assert heard(Team(told(graph={"nearest": 2})).walk(2))[3] == {2, 3}
-    assert senders_of(Communication(), 40).shape == (40, 8), "a large team listens to eight"
+    assert Periodic().senders(40).shape == (40, 8), "a large team listens to eight"
 
 
 def test_a_message_takes_its_time_and_is_stamped() -> None:
@@ -86,8 +84,8 @@ def test_what_robots_hear_they_pass_on() -> None:
 
 
 def test_silence_between_parts_and_of_a_radio() -> None:
-    silences = (Silence(0.01, 0.02, (0, 0, 1, 1)), Silence(0.03, math.inf, (0, 0, 0, 4)))
-    team = Team(told(timeout=0.003)._replace(silences=silences))
+    parted = {"after": 0.01, "before": 0.02, "groups": ((1, 2), (3, 4))}
+    team = Team(told(timeout=0.003, blackouts=(parted, {"after": 0.03, "robots": (4,)})))
     everybody = [{2, 3, 4}, {1, 3, 4}, {1, 2, 4}, {1, 2, 3}]
     assert heard(team.walk(5)) == everybody
     assert heard(team.walk(5)) == [{2}, {1}, {4}, {3}]
@@ -102,7 +100,7 @@ def test_loss(loss: Any) -> None:
     lost = np.array([team.walk(1).messages_lost.copy() for _ in range(3000)])
     missed = np.diff(lost[:, 0])
     assert lost[-1].sum() / (3000 * 12) == pytest.approx(0.3, abs=0.02)
-    bad = np.array([team.walk(1).link_bad[0, 0] for _ in range(6000)])
+    bad = np.array([team.walk(1).link_kept[0, 0] for _ in range(6000)])
     runs = bad.sum() / (np.diff(bad) == 1.0).sum()
     assert runs == pytest.approx(1.0 / 0.7 if loss == 0.3 else 6.0, rel=0.2)
     assert missed.max() <= 3
@@ -126,7 +124,7 @@ def test_the_nearest_keep_their_slots_and_the_stale_lose_them() -> None:
     team = Team(told(graph={"nearest": 2}, timeout=0.01))
     team.walk(3)
     assert heard(team.kernel.state)[0] == {2, 3}
-    quiet = told(graph={"nearest": 2}, timeout=0.004, range=6.0)
-    team = Team(quiet._replace(silences=(Silence(0.01, math.inf, (0, 1, 0, 0)),)))
+    silent = ({"after": 0.01, "robots": (2,)},)
+    team = Team(told(graph={"nearest": 2}, timeout=0.004, range=6.0, blackouts=silent))
     assert heard(team.walk(3))[2] == {2, 4}
     assert heard(team.walk(12))[2] == {1, 4}, "robot 2 has fallen silent"

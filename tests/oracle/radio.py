@@ -12,6 +12,7 @@ from escort_mj.control.setup import Setup
 from escort_mj.knowledge.auction import ABOVE_ALL, NEAR
 from escort_mj.knowledge.links import NOBODY
 from escort_mj.numerics.gaussian import RADIO
+from escort_mj.radios import Periodic
 from tests.oracle.estimators import Belief
 from tests.oracle.noise import uniforms
 from tests.oracle.rays import hidden
@@ -71,10 +72,15 @@ class Auction:
         return found
 
 
+def unlimited(value: float | None) -> float:
+    """Return a parameter that may be null for no limit."""
+    return np.inf if value is None else value
+
+
 def distances(q: Array, setup: Setup) -> Array:
     """Return the distances of all robots as the range of the radio is measured, shape (n, n) [m]."""
     gaps = np.linalg.norm(q[:, None] - q, axis=2)
-    if setup.radio is not None and setup.radio.surface:
+    if setup.radio is not None and setup.radio.measure == "surface":
         gaps = gaps - setup.robot_radius[:, None] - setup.robot_radius
     return np.asarray(gaps)
 
@@ -82,10 +88,10 @@ def distances(q: Array, setup: Setup) -> Array:
 def passes(t: float, q: Array, gaps: Array, setup: Setup) -> NDArray[np.bool_]:
     """Return who may hear whom at a time, from true positions and distances, shape (n, n)."""
     assert setup.radio is not None
-    found = gaps <= setup.radio.reach
-    for silence in setup.radio.silences:
-        if silence.after <= t + 0.5 * setup.timestep < silence.before:
-            part = np.array(silence.part)
+    found = gaps <= unlimited(setup.radio.range)
+    for each in setup.radio.blackouts:
+        if each.after <= t + 0.5 * setup.timestep < unlimited(each.before):
+            part = np.array(each.parts(setup.count))
             found &= part[:, None] == part
     if setup.radio.blocked:
         for i, j in np.argwhere(found):
@@ -106,17 +112,17 @@ def fate(sender: int, receiver: int, number: int, bad: bool, setup: Setup) -> tu
     radio = setup.radio
     assert radio is not None
     chance, late = uniforms(2, setup.seed, RADIO, sender, number, 1 + receiver)
-    least, most = radio.delay
-    lost = chance >= radio.recover if bad else chance < radio.fail
+    least, most = (round(time / setup.timestep) for time in (radio.least_delay, radio.most_delay))
+    lost = chance >= radio.recovers if bad else chance < radio.fails
     return bool(lost), int(least + np.floor(late * (most - least + 1.0)))
 
 
 def lateness(sender: int, number: int, setup: Setup) -> int:
     """Return by how many steps a message is sent late."""
     radio = setup.radio
-    assert radio is not None
+    assert isinstance(radio, Periodic)
     late = uniforms(1, setup.seed, RADIO, sender, number, 1 + setup.count)[0]
-    return int(np.floor(late * (radio.jitter + 1.0)))
+    return int(np.floor(late * (round(radio.jitter / setup.timestep) + 1.0)))
 
 
 @dataclass
@@ -165,9 +171,12 @@ class Mail:
     """All messages of a team."""
 
     def __init__(self, setup: Setup) -> None:
-        assert setup.radio is not None
+        assert isinstance(setup.radio, Periodic)
         self.setup, self._radio, n = setup, setup.radio, setup.count
-        self.links = [[Link(int(sender)) for sender in row] for row in setup.radio.senders]
+        senders = setup.radio.senders(n)
+        self._listed = bool((senders >= 0).any())
+        self._every = max(round(1.0 / (unlimited(setup.radio.rate) * setup.timestep)), 1)
+        self.links = [[Link(int(sender)) for sender in row] for row in senders]
         self._next = [lateness(j, 0, setup) for j in range(n)]
         self.sent, self.heard, self.lost = np.zeros(n), np.zeros(n), np.zeros(n)
 
@@ -180,7 +189,7 @@ class Mail:
             write: Makes the message of a robot at a step.
             gone: Robots that have failed, shape (n,).
         """
-        setup, radio, step = self.setup, self._radio, round(t / self.setup.timestep)
+        setup, step = self.setup, round(t / self.setup.timestep)
         gaps = distances(q, setup)
         reached = passes(t, q, gaps, setup)
         for j in range(setup.count):
@@ -188,7 +197,7 @@ class Mail:
                 continue
             number, message = int(self.sent[j]), write(j, step)
             self.sent[j] += 1
-            self._next[j] = (number + 1) * radio.every + lateness(j, number + 1, setup)
+            self._next[j] = (number + 1) * self._every + lateness(j, number + 1, setup)
             for i in range(setup.count):
                 if i == j or gone[i] or not reached[i, j]:
                     continue
@@ -205,11 +214,11 @@ class Mail:
         """Return the link on which robot i hears robot j; None where it does not."""
         links, dt = self.links[i], self.setup.timestep
         known = [link for link in links if link.sender == j]
-        if known or self._radio.listed:
+        if known or self._listed:
             return known[0] if known else None
         for place, link in enumerate(links):
             stamp = link.newest.step if link.newest else int(NOBODY)
-            stale = round(t / dt) - stamp > self._radio.timeout / dt and not link.coming
+            stale = round(t / dt) - stamp > unlimited(self._radio.timeout) / dt and not link.coming
             if link.sender < 0 or stale:
                 links[place] = Link(j)
                 return links[place]
@@ -239,6 +248,6 @@ class Mail:
             if link.newest is not None:
                 dt = self.setup.timestep
                 age = (round(t / dt) - link.newest.step) * dt
-                if age <= self._radio.timeout:
+                if age <= unlimited(self._radio.timeout):
                     found.append((link.sender, age, link.newest))
         return found

@@ -23,6 +23,8 @@ from escort_mj.native.lanes import WIDTH, everywhere, load, load_rows, row_of, s
 from escort_mj.native.on_demand import on_demand
 from escort_mj.plan import Plan, State
 
+NEVER = 1e300
+
 
 class CustomState(Fields):
     """What plugins' components write, and what is kept for them."""
@@ -130,6 +132,27 @@ def custom_estimator(i: int, plan: Plan, state: State) -> None:
     if failed or not math.isfinite(total):
         for k in range(state.belief.shape[1]):
             state.belief[i, k] = math.nan
+
+
+@on_demand
+def custom_radio(question: int, plan: Plan, state: State) -> None:
+    """Asks a plugin's radio about a message; where it fails, none is sent any more."""
+    plan_at, state_at = view_addresses(state)
+    block = data_address(plan.parameters) + DOUBLE * plan.radio_place
+    state.message_due[0] = state.message_delay[0] = 0.0
+    function, status = _function(block), 1
+    if function != 0:
+        status, _ = call_function(function, (block, block, plan_at, state_at, question))
+    failed, total = status != 0 and status != NONE, state.message_due[0] + state.message_delay[0]
+    for row in range(state.link_memory.shape[0]):
+        total += state.link_memory[row]
+    if failed:
+        note_failure(block, plan_at, state_at, question)
+    elif not math.isfinite(total):
+        note_failure(block, plan_at, state_at, NO_NUMBER - int(state.message_sender[0]))
+    if failed or not math.isfinite(total):
+        state.message_due[0], state.message_lost[0] = NEVER, 1.0
+        state.message_delay[0] = 0.0
 
 
 @inlined

@@ -10,13 +10,14 @@ from __future__ import annotations
 import ctypes
 import hashlib
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from escort_mj.components.component import Component, layout_of
+from escort_mj.components.component import Component, kind_of, layout_of
+from escort_mj.components.equations import Equations
 from escort_mj.components.views import LawView
 from escort_mj.errors import CompilerMissingError, PluginError
 from escort_mj.laws.evaluation import array_evaluation, evaluation_by, memory_by
@@ -28,6 +29,7 @@ from escort_mj.native.lanes import WIDTH, store
 from escort_mj.native.memory import Layout, layout_with
 from escort_mj.native.on_demand import CLASSES
 from escort_mj.plugin_calls import place_of, step
+from escort_mj.radios.radio import Radio, answering_by
 
 MOST = 512  # functions of plugins that a process knows
 RAISED = 1  # status of a call that raised an error
@@ -101,8 +103,8 @@ def ready(model: type[Component], axes: int) -> int:
     with _lock:
         if number not in _slots:
             layout = layout_of(model, number)
-            if compiled and issubclass(model, Law):
-                slot = _compiled_law(model, layout, text, known)
+            if compiled and issubclass(model, Equations):
+                slot = _compiled_equations(model, layout, text, known)
             elif compiled:
                 slot = _compiled(model, function, layout, text, known)
             else:
@@ -135,18 +137,42 @@ def _compiled(model: type[Component], function: Any, layout: Layout, text: str, 
     return Slot(model, layout, function, keep, address)
 
 
-def _compiled_law(model: type[Law], layout: Layout, text: str, known: int | None) -> Slot:
-    """Machine code that evaluates a law's equations for all robots, from the cache or compiled."""
-    name = hashlib.sha256(f"{text} equations".encode()).hexdigest()
+def _compiled_equations(model: type[Equations], layout: Layout, text: str, known: int | None) -> Slot:
+    """Machine code that evaluates a component's equations, from the cache or compiled."""
+    name, method = hashlib.sha256(f"{text} equations".encode()).hexdigest(), getattr(model, model.method)
     kept = artifacts.kept_plugged(name) if model.digest else None
     if kept is not None:
-        return Slot(model, layout, model.force, kept, artifacts.load_plugged(kept))
+        return Slot(model, layout, method, kept, artifacts.load_plugged(kept))
     if cache.version("numba") == "none":
-        raise CompilerMissingError(f"{_place(model.force)}: {model.__name__} is a law")
+        raise CompilerMissingError(f"{_place(method)}: {model.__name__} is a {kind_of(model)} to be compiled")
     from escort_mj.native.compiler.plugged import NotCompiledError, compile_function, in_kernels
 
     equations = {each: in_kernels(function) for each, function in model.equations().items()}
-    evaluate, write_memory = (by(model, in_kernels, equations) for by in (evaluation_by, memory_by))
+    run, given = evaluating(model, in_kernels, equations), _given(model, layout, text, known)
+    called = f"the {kind_of(model)} {model.__name__}"
+    try:
+        keep, address, plugged = compile_function(run, given, model.answers, method, called)
+    except NotCompiledError as error:
+        raise PluginError(str(error)) from None
+    if plugged is not None and model.digest:
+        artifacts.keep_plugged(name, plugged)
+    return Slot(model, layout, method, keep, address)
+
+
+def evaluating(
+    model: type[Equations], made: Callable[[Any], Any], equations: Mapping[str, Callable[..., Any]]
+) -> Callable[..., Any]:
+    """Return what evaluates a component's equations, as the loop calls it: of its parameters and its view.
+
+    Args:
+        model: The component.
+        made: Makes a function callable in kernels.
+        equations: What `model.equations()` returns, made so.
+    """
+    if issubclass(model, Radio):
+        return answering_by(model, made, equations)
+    assert issubclass(model, Law)
+    evaluate, write_memory = (by(model, made, equations) for by in (evaluation_by, memory_by))
 
     def run(parameters: Any, view: Any) -> None:
         for at in range(0, view.e.shape[0] * view.e.shape[1], WIDTH):
@@ -155,14 +181,7 @@ def _compiled_law(model: type[Law], layout: Layout, text: str, known: int | None
             store(view.rho_hat_rate, at, rate)
         write_memory(parameters, view)
 
-    given, called = _given(model, layout, text, known), f"the law {model.__name__}"
-    try:
-        keep, address, plugged = compile_function(run, given, None, model.force, called)
-    except NotCompiledError as error:
-        raise PluginError(str(error)) from None
-    if plugged is not None and model.digest:
-        artifacts.keep_plugged(name, plugged)
-    return Slot(model, layout, model.force, keep, address)
+    return run
 
 
 def _given(model: type[Component], layout: Layout, text: str, known: int | None) -> tuple[Any, ...]:
@@ -212,12 +231,31 @@ def _call_of(model: type[Component], layout: Layout, own: int, plan: int, state:
             value = np.asarray(value.data.toreadonly())  # of which nobody can take the seal off
         made.append(value)
     view = type(view)(*made)
-    if isinstance(parameters, Law):
-        found = array_evaluation(parameters, view)
-    else:
-        found = partial(getattr(model, model.method), parameters, view)
-    _seen.setdefault(state, {})[own] = found
+    _seen.setdefault(state, {})[own] = found = _in_python(parameters, view)
     return found
+
+
+def _in_python(own: Any, view: Any) -> Callable[..., Any]:
+    """Return what calls a component's method in Python, or evaluates its equations."""
+    model = type(own)
+    if isinstance(own, Law):
+        return array_evaluation(own, view)
+    if isinstance(own, Equations):
+        equations = {name: _returning(name, function) for name, function in model.equations().items()}
+        return partial(evaluating(model, lambda function: function, equations), own, view)
+    return partial(getattr(model, model.method), own, view)
+
+
+def _returning(name: str, function: Callable[..., Any]) -> Callable[..., float]:
+    """Return an equation of numbers; what it returns is looked at."""
+
+    def evaluate(own: Any, r: Any) -> float:
+        found = function(own, r)
+        if not isinstance(found, int | float | np.number | np.bool_):
+            raise TypeError(f"{name} returned {found!r:.80}; expected a number")
+        return float(found)
+
+    return evaluate
 
 
 def _time(plan: int, state: int) -> float:
@@ -259,10 +297,11 @@ def interpret(number: int, own: int, plan: int, state: int, robot: int | None = 
 def _interpret(slot: Slot, own: int, plan: int, state: int, robot: int | None) -> None:
     numbers = slot.layout.read(slot.layout.plan, own, own)
     view = layout_with(slot.model.view).read(slot.model.view, plan, state)
-    if issubclass(slot.model, Law):
-        array_evaluation(slot.model.unpacked(numbers._asdict()), view)()
+    more = [] if slot.model.answers is None else [robot]
+    if issubclass(slot.model, Equations):
+        _in_python(slot.model.unpacked(numbers._asdict()), view)(*more)
     else:
-        slot.function(numbers, view, *([] if slot.model.answers is None else [robot]))
+        slot.function(numbers, view, *more)
 
 
 def forget(state: int) -> None:

@@ -5,6 +5,8 @@ from __future__ import annotations
 import hashlib
 from typing import Any
 
+from llvmlite import ir
+
 from escort_mj.native.compiler.lanes import lanes, load_at, pick_at
 from escort_mj.native.compiler.machine import instructions_of
 from escort_mj.native.compiler.numba_parts import (
@@ -65,12 +67,13 @@ class _Attributes(AttributeTemplate):
         kind = type_of_field(axes.view, axes.fields[name])
         if not isinstance(kind, types.Array):
             return kind
-        return types.float64 if _is_one(axes.view, axes.fields[name]) else lanes
+        return types.float64 if _is_number(axes, name) else lanes
 
 
-def _is_one(view: ViewType, name: str) -> bool:
-    """Whether a field is a vector of one number."""
-    return view.fields[name].shape == ((1,),)
+def _is_number(axes: AxesType, name: str) -> bool:
+    """Whether a value is one number: of a vector of one, or a row of a vector."""
+    shape = axes.view.fields[axes.fields[name]].shape
+    return shape == ((1,),) or (len(shape) == 1 and name in axes.rows)
 
 
 @lower_getattr_generic(AxesType)
@@ -82,9 +85,9 @@ def _get(context: Any, builder: Any, axes: AxesType, value: Any, name: str) -> A
     if not isinstance(kind, types.Array):
         return found
     array = make_array(kind)(context, builder, found)
-    if _is_one(axes.view, field):
-        return builder.load(array.data)
     data = array.data
+    if _is_number(axes, name):
+        return builder.load(builder.gep(data, [ir.IntType(64)(axes.rows.get(name, 0))]))
     if name in axes.rows:
         _, *others = (builder.extract_value(array.shape, k) for k in range(3))
         data = builder.gep(data, [builder.mul(others[0].type(axes.rows[name]), builder.mul(*others))])

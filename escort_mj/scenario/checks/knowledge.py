@@ -7,10 +7,11 @@ from collections.abc import Iterator, Sequence
 
 from escort_mj.behaviors import AvoidObstacles, Chords, Formation, Surface, Vertices
 from escort_mj.behaviors.avoid_obstacles import HEARD
+from escort_mj.radios.radio import Edges, Loss, Nearest
 from escort_mj.scenario.checks.mission import behaviors_of
 from escort_mj.scenario.findings import Finding, Path, key_path, listed
 from escort_mj.scenario.geometry.placement import kinds_of, robot_count
-from escort_mj.scenario.schema.knowledge import Edges, Knowledge, Loss, Nearest, TargetSight, senders_of
+from escort_mj.scenario.schema.knowledge import Knowledge, TargetSight
 from escort_mj.scenario.schema.scenario import Scenario
 
 MOST_ON_THEIR_WAY = 1000  # messages of one robot
@@ -139,7 +140,10 @@ def check_communication(scenario: Scenario) -> Iterator[Finding]:
     if communication is None:
         return
     path: Path = ("communication",)
-    yield from whole_steps(scenario, (*path, "rate"), communication.rate)
+    for rate in communication.rates:
+        yield from whole_steps(scenario, (*path, rate), getattr(communication, rate))
+    for time in communication.times:
+        yield from whole_time(scenario, (*path, time), getattr(communication, time))
     graph, delay = communication.graph, communication.delay
     if isinstance(graph, Edges):
         for index, edge in enumerate(graph.edges):
@@ -173,16 +177,17 @@ def _on_their_way(scenario: Scenario, path: Path) -> Iterator[Finding]:
     """No more messages are on their way at once than memory holds."""
     communication, count = scenario.communication, robot_count(scenario)
     assert communication is not None
-    delay, timestep = communication.delay, scenario.physics.timestep
-    longest = (delay[1] if isinstance(delay, tuple) else delay) + communication.jitter
-    depth = longest * min(communication.rate or math.inf, 1.0 / timestep) + 2.0
-    slots = senders_of(communication, count).shape[1]
+    timestep = scenario.physics.timestep
+    depth = communication.longest / max(communication.period(timestep, count), timestep) + 2.0
+    slots = communication.senders(count).shape[1]
     bids = 2.0 * count * any(behavior.bids for _, behavior in behaviors_of(scenario))
     size = 8.0 * depth * count * (slots + 8.0 * scenario.axes**2 + bids)
     if depth > MOST_ON_THEIR_WAY or size > MAX_LINKS:
         most = min(MOST_ON_THEIR_WAY, MAX_LINKS / size * depth)
         words = f"found up to {depth:.4g} messages of each robot on their way; expected at most {most:.4g}"
-        yield Finding((*path, "delay"), f"{words}: lower delay or rate", related=((*path, "rate"),))
+        rates = tuple((*path, rate) for rate in communication.rates)
+        lower = listed(["delay", *communication.rates])
+        yield Finding((*path, "delay"), f"{words}: lower {lower}", related=rates)
 
 
 def _numbers(scenario: Scenario, path: Path, robots: Sequence[int]) -> Iterator[Finding]:
@@ -206,5 +211,19 @@ def whole_steps(scenario: Scenario, path: Path, rate: float | None) -> Iterator[
             path,
             f"found {rate:g} per second, {steps:.6g} steps of {timestep:g} s apart; expected a whole number "
             f"of steps, as with {' or '.join(f'{value:.9g}' for value in near)}",
+            related=(("physics", "timestep"),),
+        )
+
+
+def whole_time(scenario: Scenario, path: Path, time: float) -> Iterator[Finding]:
+    """A time of a whole number of physics steps."""
+    timestep = scenario.physics.timestep
+    steps = time / timestep
+    if not math.isclose(steps, round(steps), rel_tol=1e-6, abs_tol=1e-9):
+        near = sorted({timestep * whole for whole in (math.floor(steps), math.ceil(steps))})
+        yield Finding(
+            path,
+            f"found {time:g} s, {steps:.6g} steps of {timestep:g} s; expected a whole number "
+            f"of steps, as with {' or '.join(f'{value:.9g}' for value in near)} s",
             related=(("physics", "timestep"),),
         )

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 
 from escort_mj.behaviors import AvoidObstacles, Surface
 from escort_mj.behaviors.avoid_obstacles import HEARD
-from escort_mj.scenario.checks.knowledge import whole_steps
+from escort_mj.scenario.checks.knowledge import whole_steps, whole_time
 from escort_mj.scenario.checks.mission import behaviors_of
 from escort_mj.scenario.findings import Finding, Path, key_path
 from escort_mj.scenario.geometry.placement import robot_count
@@ -45,14 +44,8 @@ def check_delays(scenario: Scenario) -> Iterator[Finding]:
                 path,
                 f"found {steps:.4g} steps to remember, {size / 2**20:.3g} MiB; expected at most {most:.3g} s",
             )
-        elif not math.isclose(steps, round(steps), rel_tol=1e-6, abs_tol=1e-9):
-            near = sorted({timestep * whole for whole in (math.floor(steps), math.ceil(steps))})
-            yield Finding(
-                path,
-                f"found {sensor.delay:g} s, {steps:.6g} steps of {timestep:g} s; expected a whole number "
-                f"of steps, as with {' or '.join(f'{value:.9g}' for value in near)} s",
-                related=(("physics", "timestep"),),
-            )
+        else:
+            yield from whole_time(scenario, path, sensor.delay)
 
 
 def check_lidar(scenario: Scenario) -> Iterator[Finding]:

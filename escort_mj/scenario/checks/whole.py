@@ -62,7 +62,6 @@ from escort_mj.scenario.findings import Finding, Path
 from escort_mj.scenario.geometry.bodies import bodies_of
 from escort_mj.scenario.geometry.obstacles import obstacles_of
 from escort_mj.scenario.geometry.placement import coordinates_of, kinds_of, robot_count
-from escort_mj.scenario.schema.knowledge import senders_of
 from escort_mj.scenario.schema.scenario import Scenario, Target
 from escort_mj.scenario.schema.sensing import ray_count
 from escort_mj.signals import channel_sizes, record_size, truth_sizes
@@ -123,7 +122,7 @@ def trace_size(scenario: Scenario) -> float:
     sizes |= truth_sizes(axes, scenario.recording.truth, proven)
     headed = any(isinstance(behavior, Headed) for stack in stacks for behavior in stack)
     communication = scenario.communication
-    slots = senders_of(communication, count).shape[1] if communication else 0
+    slots = communication.senders(count).shape[1] if communication else 0
     informed = scenario.knowledge is not None or communication is not None
     lidar, driven = scenario.sensing.lidar, any(kind.driven for kind in kinds_of(scenario))
     several = any(isinstance(kind, ModeledKind) for kind in kinds_of(scenario))

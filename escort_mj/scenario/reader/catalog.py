@@ -25,6 +25,7 @@ from escort_mj.laws.law import Law
 from escort_mj.metrics import METRICS
 from escort_mj.metrics.metric import Metric
 from escort_mj.policies import POLICIES, Policy
+from escort_mj.radios import RADIOS, Radio
 from escort_mj.robots import KINDS, RobotKind
 from escort_mj.scenario.findings import Finding
 from escort_mj.scenario.reader.plugins import Plugin, load_all, load_plugin, source_of
@@ -50,6 +51,7 @@ class Catalog:
         behaviors: Of the outer loop.
         policies: Of targets and opponents.
         estimators: Of what robots know.
+        radios: Of messages between them.
         kinds: Of robots.
         demands: Kinds of expectations.
         metrics: What sums up a run.
@@ -60,6 +62,7 @@ class Catalog:
     behaviors: Members = BEHAVIORS
     policies: Members = POLICIES
     estimators: Members = ESTIMATORS
+    radios: Members = RADIOS
     kinds: Members = KINDS
     demands: Members = EXPECTATIONS
     metrics: tuple[Metric, ...] = METRICS
@@ -113,6 +116,7 @@ def assemble(plugins: Sequence[Plugin]) -> Catalog:
         merged("behavior", Behavior, BEHAVIORS, _default_of("behavior")),
         merged("policy", Policy, POLICIES, _default_of("policy")),
         merged("estimator", Estimator, ESTIMATORS, _default_of("estimator")),
+        merged("radio", Radio, RADIOS, _default_of("radio")),
         merged("kind", RobotKind, KINDS, _default_of("kind")),
         merged("expectation", Expectation, EXPECTATIONS, lambda model: str(model.kind)),
         merged("metric", Metric, METRICS, lambda metric: str(metric.name)),
@@ -143,6 +147,7 @@ def scenario_type(catalog: Catalog) -> type[Scenario]:
     law = one_of_kinds(catalog.laws, "law", "apd_smc")
     team = _with(Team, targets=quarries, controller=law | None)
     knowledge = _with(Knowledge, estimator=one_of_kinds(catalog.estimators, "estimator", "predict"))
+    radio = one_of_kinds(catalog.radios, "radio", "periodic")
     robot: Any = one_of_kinds(catalog.kinds, "kind")
     override = _with(RobotOverride, kind=robot | None)
     robots = _with(Robots, kind=robot, overrides=tuple[override, ...])  # type: ignore[valid-type]
@@ -158,6 +163,7 @@ def scenario_type(catalog: Catalog) -> type[Scenario]:
         opponents=Annotated[tuple[opponents, ...], Field(max_length=20)],  # type: ignore[valid-type]
         teams=Annotated[tuple[team, ...], Field(max_length=MOST_TEAMS)],  # type: ignore[valid-type]
         knowledge=knowledge | None,
+        communication=radio | None,
         controller=law,
         mission=mission,
     )

@@ -11,14 +11,16 @@ from pydantic import ValidationError
 from pydantic_core import PydanticUndefined
 
 from escort_mj.behaviors.behavior import Behavior
-from escort_mj.components.component import Compiled, Component
+from escort_mj.components.component import Compiled, Component, kind_of
+from escort_mj.components.equations import Equations
 from escort_mj.errors import PluginError
 from escort_mj.estimators import Estimator
 from escort_mj.expectations.expectation import Expectation
 from escort_mj.knowledge.sight import MEASURES
-from escort_mj.laws.law import NAMES, RATE, Law
+from escort_mj.laws.law import Law
 from escort_mj.metrics.metric import Metric
 from escort_mj.policies import Policy
+from escort_mj.radios import Radio
 from escort_mj.robots import RobotKind
 from escort_mj.scenario.findings import did_you_mean, listed
 
@@ -28,9 +30,9 @@ COMPONENTS: dict[type[Component], tuple[str, list[str]]] = {
     Behavior: ("behavior", ["self", "robots", "i"]),
     Policy: ("policy", ["self", "view", "body"]),
     Estimator: ("estimator", ["self", "view", "robot"]),
+    Radio: ("radio", ["self", "r"]),
 }
 """Key of the name, and what the method is called with."""
-KNOWN = {name for name, _ in NAMES}
 
 
 def check_shape(model: type[Any], source: str) -> None:
@@ -50,7 +52,7 @@ def check_shape(model: type[Any], source: str) -> None:
     if issubclass(model, Component):
         check_name(model, _called(model)[0], place)
         _check_old(model, place)
-        _check_law(model, place) if issubclass(model, Law) else _check_method(model, place)
+        _check_equations(model, place) if issubclass(model, Equations) else _check_method(model, place)
         try:
             model.numbers()
         except TypeError as error:
@@ -134,27 +136,30 @@ def check_defaults(model: type[Any], place: str) -> None:
             raise PluginError(f"{place}: the parameter {name} has no default")
 
 
-def _check_law(model: type[Law], place: str) -> None:
+def _check_equations(model: type[Equations], place: str) -> None:
     """Its equations are there, and take what they are called with."""
     own = [name for name, value in vars(model).items() if callable(value) and not name.startswith("_")]
+    base = next(base for base in COMPONENTS if issubclass(model, base))
     if "memories" in vars(model):
-        words = 'd_hat: ClassVar[Memory] = Memory("N", "disturbance"), and d_hat_rate(self, r)'
+        words = f'd_hat: ClassVar[Memory] = Memory("N", "disturbance"), and d_hat{model.moves}(self, r)'
         raise PluginError(f"{place}: found memories; expected one line for each, such as {words}")
-    if model.force is Law.force:
-        raise PluginError(f"{place}: has no force(self, r){did_you_mean('force', own)}")
+    if getattr(model, model.method) is getattr(base, model.method):
+        raise PluginError(f"{place}: has no {model.method}(self, r){did_you_mean(model.method, own)}")
     for memory in model.memories():
-        if not hasattr(model, name := memory + RATE):
+        if not hasattr(model, name := memory + model.moves):
             words = f"{memory}{_line_of(model, memory)} has no {name}(self, r)"
             raise PluginError(f"{place}: {words}{did_you_mean(name, own)}")
-    integrated = ["rho_hat" + RATE, *(memory + RATE for memory in model.memories())]
+    moved = [name for name in model.equations() if name.endswith(model.moves)]
     for name in own:
-        if name.endswith(RATE) and name not in integrated:
-            memory = f'{name.removesuffix(RATE)}: ClassVar[Memory] = Memory("unit", "meaning")'
-            words = f"nothing integrates {name}{_line(vars(model)[name])}; expected the line  {memory}"
-            raise PluginError(f"{place}: {words}{did_you_mean(name, integrated)}")
-    if taken := [name for name in model.memories() if name in KNOWN]:
-        raise PluginError(f"{place}: {taken[0]} is a value that laws read; choose another name")
-    if "acceleration" in model.equations() and not model.needs_model:
+        if name.endswith(model.moves) and name not in moved:
+            memory = f'{name.removesuffix(model.moves)}: ClassVar[Memory] = Memory("unit", "meaning")'
+            verb = "integrates" if issubclass(model, Law) else "keeps"
+            words = f"nothing {verb} {name}{_line(vars(model)[name])}; expected the line  {memory}"
+            raise PluginError(f"{place}: {words}{did_you_mean(name, moved)}")
+    known = {name for name, _ in model.reads}
+    if taken := [name for name in model.memories() if name in known]:
+        raise PluginError(f"{place}: {taken[0]} is a value that {kind_of(model)}s read; choose another name")
+    if issubclass(model, Law) and "acceleration" in model.equations() and not model.needs_model:
         words = "the line  needs_model: ClassVar[bool] = True"
         raise PluginError(f"{place}: found acceleration{_line(model.acceleration)}; expected {words}")
     for function in model.equations().values():

@@ -34,6 +34,7 @@ from escort_mj.laws.law import Law
 from escort_mj.metrics.metric import metrics_of
 from escort_mj.plugin_calls import Trespass, confined
 from escort_mj.policies import Policy
+from escort_mj.radios import Radio
 from escort_mj.robots import RobotKind
 from escort_mj.scenario.findings import did_you_mean, listed
 from escort_mj.scenario.reader.kind_calls import guard
@@ -79,7 +80,7 @@ class Plugin:
         ]
 
 
-BASES: tuple[type[Any], ...] = (Law, Behavior, Policy, Estimator, RobotKind, Expectation)
+BASES: tuple[type[Any], ...] = (Law, Behavior, Policy, Estimator, Radio, RobotKind, Expectation)
 """What members of a plugin derive from, beside functions that are metrics."""
 
 METHODS = (

@@ -236,7 +236,7 @@ def _draft(
     watches = watches_of(scenario.expect)
     if seen is not None:  # of all else the log knows no more than at its own times
         watches = tuple(watch for watch in watches if PLAYED.issuperset(watch.course.signals))
-    slots = setup.radio.senders.shape[1] if setup.radio is not None else 0
+    slots = setup.radio.senders(setup.count).shape[1] if setup.radio is not None else 0
     lidar = setup.sensing.lidar
     rays = len(lidar.rays) if lidar is not None and lidar.recorded else 0
     sizes |= channel_sizes(

@@ -51,7 +51,8 @@ def locate(location: Path, root: type[BaseModel] = Scenario) -> Location:
             annotation = alternative
             continue
         tables = models(annotation)
-        if len(tables) > 1 and (member := _member(tables, key)):
+        member = _member(tables, key)
+        if member is not None and (len(tables) > 1 or key not in member.model_fields):
             annotation = member
             continue
         path.append(key)

@@ -6,15 +6,72 @@ which it was sent; what arrives late counts as what it is.
 
 from __future__ import annotations
 
-from typing import Annotated
+from collections.abc import Callable
+from typing import Annotated, Any
 
+from escort_mj.components.component import block_at, reader
+from escort_mj.components.dispatch import one_of
+from escort_mj.control.custom.calls import NEVER, custom_radio
 from escort_mj.knowledge.auction import tell_bids
-from escort_mj.knowledge.links import is_lost, late_by, may_pass, slot_for, take_slot, way_of
+from escort_mj.knowledge.links import apart, may_pass, slot_for, take_slot
 from escort_mj.native.fields import Array, Fields, Value
-from escort_mj.native.kernels import inlined
+from escort_mj.native.kernels import inlined, inlined_once, reachable, view_addresses
+from escort_mj.native.on_demand import on_demand
+from escort_mj.numerics.gaussian import RADIO, fractions
 from escort_mj.plan import Plan, State
+from escort_mj.radios import RADIOS, Radio
+from escort_mj.radios.radio import PASSES, SENDS, answering_by, radio_view
 
-NEVER = 1e300
+LOST = -1
+
+
+def _kernel_of(radio: type[Radio]) -> Callable[..., Any]:
+    """Return a kernel that asks a radio that ships about a message."""
+    equations = {name: inlined_once(equation) for name, equation in radio.equations().items()}
+    answer, read = inlined(answering_by(radio, inlined, equations)), reader(radio)
+
+    def ask(question: int, plan: Plan, state: State) -> None:
+        plan_at, state_at = view_addresses(state)
+        view = radio_view(plan_at, state_at, state.q.shape[1])
+        answer(read(block_at(plan.radio_place, plan), 0), view, question)
+
+    return on_demand(reachable(ask, f"ask_{radio.model_fields['radio'].default}"))
+
+
+_ask = one_of([*map(_kernel_of, RADIOS), custom_radio])
+
+
+@inlined
+def due(j: int, number: int, plan: Plan, state: State) -> float:
+    """Return the step at which robot j sends a message of a number."""
+    state.message_sender[0] = state.message_receiver[0] = j
+    state.message_number[0], state.message_distance[0] = number, 0.0
+    _draw(1 + plan.robots, j, number, plan, state)
+    _ask(plan.radio, SENDS, plan, state)
+    return round(state.message_due[0] / plan.timestep)
+
+
+@inlined
+def steps_taken(j: int, i: int, s: int, number: int, plan: Plan, state: State) -> int:
+    """Return how many steps a message of robot j takes to slot s of robot i; LOST if it is lost."""
+    link = i * state.link_from.shape[1] + s
+    state.message_sender[0], state.message_receiver[0] = j, i
+    state.message_number[0], state.message_distance[0] = number, apart(i, j, plan, state)
+    _draw(1 + i, j, number, plan, state)
+    for row in range(state.link_kept.shape[1]):
+        state.link_memory[row] = state.link_kept[link, row]
+    _ask(plan.radio, PASSES, plan, state)
+    for row in range(state.link_kept.shape[1]):
+        state.link_kept[link, row] = state.link_memory[row]
+    taken = round(state.message_delay[0] / plan.timestep)
+    return LOST if state.message_lost[0] != 0.0 or taken > plan.radio_longest else taken
+
+
+@inlined
+def _draw(block: int, sender: int, number: int, plan: Plan, state: State) -> None:
+    """Draw the random numbers of a message."""
+    draws = fractions(plan.seed, block, RADIO, sender, number)
+    state.message_draws[0], state.message_draws[1] = draws[0], draws[1]
 
 
 class MessageState(Fields):
@@ -46,7 +103,7 @@ def begin_radio(plan: Plan, state: State) -> None:
     for i in range(n):
         for s in range(slots):
             take_slot(i, s, int(plan.senders[i, s]), state)
-        state.next_message[i] = late_by(i, 0, plan)
+        state.next_message[i] = due(i, 0, plan, state)
     state.radio_next[0], state.radio_next[1] = 0.0, NEVER
 
 
@@ -62,7 +119,7 @@ def send(plan: Plan, state: State) -> None:
             _compose(j, j * depth + number % depth, plan, state)
             state.sent_step[j, number % depth] = step
             state.messages_sent[j] = number + 1.0
-            state.next_message[j] = (number + 1) * plan.radio_every + late_by(j, number + 1, plan)
+            state.next_message[j] = due(j, number + 1, plan, state)
             _spread(j, number, step, plan, state)
         upcoming = min(upcoming, state.next_message[j] if state.lost[j] == 0.0 else NEVER)
     state.radio_next[0] = upcoming
@@ -111,8 +168,8 @@ def _spread(j: int, number: int, step: int, plan: Plan, state: State) -> None:
                 continue
             if int(state.link_from[i, s]) != j:
                 take_slot(i, s, j, state)
-        chance, taken = way_of(j, i, number, plan)
-        if is_lost(i, s, chance, plan, state):
+        taken = steps_taken(j, i, s, number, plan, state)
+        if taken == LOST:
             state.messages_lost[i] += 1.0
         else:
             state.link_arrival[i * slots + s, number % depth] = step + taken

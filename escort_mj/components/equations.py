@@ -1,0 +1,52 @@
+"""Components whose methods are equations between values, and numbers of their own that go with these."""
+
+from collections.abc import Callable
+from typing import Any, ClassVar, NamedTuple
+
+from escort_mj.components.component import Component
+from escort_mj.native.values import Names
+
+
+class Memory(NamedTuple):
+    """A number of a component's own, at first 0; its class says how it moves on.
+
+    Attributes:
+        unit: SI unit.
+        meaning: In a few words.
+    """
+
+    unit: str
+    meaning: str
+
+
+class Equations(Component):
+    """What is written as equations: methods that are handed values by name and return one.
+
+    What a component keeps of its own, it declares, as in `d_hat: ClassVar[Memory] = Memory("N", "estimate")`,
+    with a method of its name and `moves` that says how it moves on; the value is `r.d_hat`.
+    """
+
+    asks: ClassVar[tuple[str, ...]]
+    """Names of its methods."""
+    moves: ClassVar[str] = "_next"
+    """Ends the name of the method that moves a number of its own on."""
+    reads: ClassVar[tuple[tuple[str, str], ...]]
+    """Names of the values that methods can read, and the fields of its view that have them."""
+    keeps: ClassVar[str]
+    """Field of its view that has the numbers of its own."""
+
+    @classmethod
+    def memories(cls) -> dict[str, Memory]:
+        """Return what it keeps of its own, by name."""
+        found = (vars(base) for base in reversed(cls.__mro__))
+        return {name: value for own in found for name, value in own.items() if isinstance(value, Memory)}
+
+    @classmethod
+    def names(cls) -> Names:
+        """Return by what names it reads values."""
+        return Names(cls.reads, tuple((name, cls.keeps, row) for row, name in enumerate(cls.memories())))
+
+    @classmethod
+    def equations(cls) -> dict[str, Callable[..., Any]]:
+        """Return its methods of values by name, those that move its own numbers on last."""
+        return {name: getattr(cls, name) for name in (*cls.asks, *(m + cls.moves for m in cls.memories()))}
