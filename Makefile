@@ -15,7 +15,7 @@ WORKERS := $(shell echo $$(( (3 * $$(getconf _NPROCESSORS_ONLN) + 1) / 2 )))
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help run test machine-code slow bench docs reference wheel lint style types format lock clean
+.PHONY: help run test machine-code slow bench docs reference wheel lint style types size format lock clean
 
 help: ## show these targets
 	@sed -n 's/^\([a-z-]*\):.*## /  make \1\t/p' Makefile | expand -t 16
@@ -50,7 +50,7 @@ reference: .venv/.test ## write the pages of the docs that are made from the cod
 	$(BIN)/escort-mj schema --markdown > docs/keys.md
 	for page in commands metrics signals; do $(BIN)/escort-mj list $$page --markdown > docs/$$page.md || exit 1; done
 
-lint: style types ## style, types and import contracts
+lint: style types size ## style, types, import contracts and sizes
 
 style: .venv/.test
 	$(BIN)/ruff check
@@ -59,6 +59,9 @@ style: .venv/.test
 
 types: .venv/.test
 	$(BIN)/mypy
+
+size: .venv/.run ## lines of code by room, and whether each keeps its budget
+	@$(BIN)/python .ci/size.py
 
 format: .venv/.test ## put the code into its style
 	$(BIN)/ruff check --fix
