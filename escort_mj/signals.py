@@ -16,6 +16,7 @@ from math import prod
 from typing import NamedTuple
 
 from escort_mj.behaviors.signals import RadiusSignals
+from escort_mj.components.memory import MemorySignals
 from escort_mj.components.mission import DriveSignals, MissionSignals
 from escort_mj.components.movers import MoverSignals
 from escort_mj.components.obstacles import ObstacleSignals
@@ -111,6 +112,7 @@ class Signals(
     OuterLoopSignals,
     TaskSignals,
     InnerLoopSignals,
+    MemorySignals,
     ClearanceSignals,
     MotionSignals,
     ContactSignals,
@@ -229,7 +231,7 @@ def channel_sizes(
         several: Whether some robot is more than its hull.
         resized: Whether the distance that robots keep from the target changes.
         watches: How many quantities are watched in every physics step because an expectation asks for them.
-        memories: How many numbers of its own a law integrates for every robot and axis.
+        memories: How many numbers of their own components integrate for every robot and axis.
     """
     channels = {DRIVES: driven, GOALS: headed, KNOWLEDGE: informed, RADIO: slots > 0, LIDAR: rays > 0}
     channels |= {OPPONENTS: opponents > 0, TEAMS: teams > 0, MOVERS: movers > 0, SEVERAL: several}

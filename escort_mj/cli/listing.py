@@ -26,6 +26,7 @@ TAGS = {
     "estimators": "estimator",
     "radios": "radio",
     "policies": "policy",
+    "disturbances": "disturbance",
 }
 Kind = Literal[
     "scenarios",
@@ -36,6 +37,7 @@ Kind = Literal[
     "estimators",
     "radios",
     "policies",
+    "disturbances",
     "robots",
     "metrics",
     "expectations",
@@ -209,6 +211,7 @@ LISTS: dict[Kind, Callable[[Sequence[str]], Iterator[Listed]]] = {
     "estimators": _components("estimator"),
     "radios": _components("radio"),
     "policies": _components("policy"),
+    "disturbances": _components("disturbance"),
     "robots": _components("kind"),
     "metrics": _metrics,
     "expectations": _expectations,

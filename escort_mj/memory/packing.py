@@ -15,6 +15,7 @@ from escort_mj.control.custom.native import block_of
 from escort_mj.control.harmonics import sum_of, tabulate
 from escort_mj.control.outer_loops import OUTER_LOOPS
 from escort_mj.control.setup import Setup
+from escort_mj.disturbances import DISTURBANCES
 from escort_mj.estimators import ESTIMATORS
 from escort_mj.laws import LAWS
 from escort_mj.memory.layout import LAYOUT, Plan
@@ -84,7 +85,10 @@ def pack(
     sizes |= {
         "coordinates": coordinates,
         "behaviors": len(setup.kinds),
-        "memories": len(setup.law.memories()),
+        "memories": len(setup.memory),
+        "remembering": n * bool(setup.memory),
+        "pushed": n * bool(setup.disturbances),
+        "blown": n * any(each.draws for each in setup.disturbances),
         "mixed": n * bool(setup.laws),
         "turns": len(values["turns"]) // p,
         "known": n * truth,  # robots whose truth is recorded
@@ -180,27 +184,31 @@ def _functions(setup: Setup) -> dict[str, Any]:
     }
 
 
+SHIPPED = (*LAWS, *OUTER_LOOPS, *ESTIMATORS, *BEHAVIORS, *POLICIES, *RADIOS, *DISTURBANCES)
+
+
 def _components(setup: Setup) -> dict[str, Any]:
     """Return the parameters of law, outer loop and behaviors as kernels read them, and where each begins."""
     blocks, places, end = [], [], 0
     willed = [mover.policy for mover in setup.movers if mover.policy is not None]
-    members: list[Component] = [setup.law, setup.outer, setup.estimator, *setup.all_behaviors, *willed]
     radios = [setup.radio] if setup.radio is not None else []
-    members += [*radios, *setup.laws]
+    others = [*willed, *radios, *setup.laws, *setup.disturbances]
+    members: list[Component] = [setup.law, setup.outer, setup.estimator, *setup.all_behaviors, *others]
     for member in members:
         places.append(end)
-        if type(member) in (*LAWS, *OUTER_LOOPS, *ESTIMATORS, *BEHAVIORS, *POLICIES, *RADIOS):
+        if type(member) in SHIPPED:
             layout = shipped_layout(type(member))
             blocks.append(layout.pack({"p": setup.axes}, member.packed(setup)))
         else:
             blocks.append(block_of(member, setup.axes))
         end += len(blocks[-1])
-    by_law = places[len(members) - len(setup.laws) :]
-    by_radio = places[len(members) - len(setup.laws) - len(radios) :]
-    by_policy = places[len(members) - len(setup.laws) - len(radios) - len(willed) :]
+    rest = iter(places[len(members) - len(others) :])
+    groups = (willed, radios, setup.laws, setup.disturbances)
+    by_policy, by_radio, by_law, by_disturbance = ([next(rest) for _ in group] for group in groups)
     return {
         "parameters": np.concatenate(blocks),
         "team_law_place": by_law,
+        "disturbance_place": by_disturbance,
         "outer_place": places[1],
         "radio_place": by_radio[0] if radios else 0,
         "estimator_place": places[2],

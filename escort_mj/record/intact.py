@@ -126,7 +126,7 @@ def _shape_faults(trace: Recorded) -> Iterator[str]:
         OPPONENTS: "opponent_status",
         TEAMS: "member_of",
         MOVERS: "mover_work",
-        MEMORIES: "law_memory",
+        MEMORIES: "component_memory",
         SEVERAL: "point_speed_max",
         RADII: "kept_radius",
         WATCHES: "watch_value",
@@ -146,7 +146,7 @@ def _shape_faults(trace: Recorded) -> Iterator[str]:
     if channels[WATCHES]:
         wanted["watch"] = ("watch",), "OUST"
     if channels[MEMORIES]:
-        wanted["memory"] = wanted["memory_unit"] = ("memory",), "OUST"
+        wanted |= dict.fromkeys(("memory", "memory_unit", "memory_truth"), (("memory",), "OUST"))
     if channels[MOVERS]:
         wanted["mover"] = ("mover",), "OUST"
     if channels[LIDAR]:

@@ -39,7 +39,7 @@ def _outlines(scenario: Scenario) -> list[list[list[float]]]:
 
 def labels_of(scenario: Scenario, world: World) -> dict[str, Any]:
     """What the trace says of the mission beside its signals."""
-    setup, memories = world.setup, world.setup.law.memories()
+    setup, memories = world.setup, world.setup.memory
     (neighbors, spacing), lidar = setup.edges, setup.sensing.lidar
     edge_team = setup.members[neighbors[:, 0]]
     avoid = next((b for b in setup.behaviors if isinstance(b, AvoidObstacles)), None)
@@ -66,6 +66,7 @@ def labels_of(scenario: Scenario, world: World) -> dict[str, Any]:
         "watches": [watch.label for watch in world.watches],
         "memories": [*memories],
         "memory_units": [memory.unit for memory in memories.values()],
+        "memory_truths": [memory.truth for memory in memories.values()],
         "movers": [
             "target" if mover.obstacle < 0 else obstacle_names(scenario)[mover.obstacle]
             for mover in setup.movers

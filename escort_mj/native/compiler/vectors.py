@@ -325,8 +325,9 @@ def _part_at(context: Any, state: Any, scratch: Any, at: Any) -> Any:
         axes = number_of_axes(context, builder, state, arguments[0])
         found = []
         for k in range(kind.room):
-            row = builder.mul(builder.add(first, word(k)), word(WIDTH))
-            found.append(load_at(builder, data, row))
+            value = load_at(builder, data, builder.mul(builder.add(first, word(k)), word(WIDTH)))
+            there = builder.icmp_signed("<", word(k), axes)
+            found.append(builder.select(there, value, ir.Constant(LANES, None)))
         return _packed(context, builder, kind, found, axes)
 
     return kind(state, scratch, at), generate

@@ -11,8 +11,10 @@ from pydantic import ValidationError
 from pydantic_core import PydanticUndefined
 
 from escort_mj.behaviors.behavior import Behavior
-from escort_mj.components.component import Compiled, Component, kind_of
+from escort_mj.components.component import Compiled, Component
 from escort_mj.components.equations import Equations
+from escort_mj.components.parameters import kind_of
+from escort_mj.disturbances import Disturbance
 from escort_mj.errors import PluginError
 from escort_mj.estimators import Estimator
 from escort_mj.expectations.expectation import Expectation
@@ -31,6 +33,7 @@ COMPONENTS: dict[type[Component], tuple[str, list[str]]] = {
     Policy: ("policy", ["self", "view", "body"]),
     Estimator: ("estimator", ["self", "view", "robot"]),
     Radio: ("radio", ["self", "r"]),
+    Disturbance: ("disturbance", ["self", "r"]),
 }
 """Key of the name, and what the method is called with."""
 
@@ -168,7 +171,7 @@ def _check_equations(model: type[Equations], place: str) -> None:
     for name in own:
         if name.endswith(model.moves) and name not in moved:
             memory = f'{name.removesuffix(model.moves)}: ClassVar[Memory] = Memory("unit", "meaning")'
-            verb = "integrates" if issubclass(model, Law) else "keeps"
+            verb = "integrates" if issubclass(model, Law | Disturbance) else "keeps"
             words = f"nothing {verb} {name}{_line(vars(model)[name])}; expected the line  {memory}"
             raise PluginError(f"{place}: {words}{did_you_mean(name, moved)}")
     known = {name for name, _ in model.reads}
