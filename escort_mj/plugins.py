@@ -3,8 +3,6 @@
 from escort_mj.behaviors.behavior import Behavior
 from escort_mj.components.equations import Memory
 from escort_mj.components.views import ACROSS, ALONG, NOTHING, BehaviorView
-from escort_mj.disturbances import Disturbance
-from escort_mj.disturbances.disturbance import Robots
 from escort_mj.estimators import Estimator, EstimatorView
 from escort_mj.expectations.expectation import Judgment
 from escort_mj.expectations.expectation import Windowed as Expectation
@@ -13,10 +11,10 @@ from escort_mj.laws.law import Law
 from escort_mj.metrics.measure import Measure
 from escort_mj.metrics.metric import metric
 from escort_mj.native.values import Values
-from escort_mj.native.vectors import Vec, dot, norm, quarter_turn, unit_axis, where
 from escort_mj.policies import ACTS, RESTS, Policy, PolicyView
 from escort_mj.radios import Radio
 from escort_mj.robots import RobotKind
+from escort_mj.sensors import Sensor
 
 __all__ = [
     "ACROSS",
@@ -30,7 +28,6 @@ __all__ = [
     "VELOCITY",
     "Behavior",
     "BehaviorView",
-    "Disturbance",
     "Estimator",
     "EstimatorView",
     "Expectation",
@@ -42,13 +39,7 @@ __all__ = [
     "PolicyView",
     "Radio",
     "RobotKind",
-    "Robots",
+    "Sensor",
     "Values",
-    "Vec",
-    "dot",
     "metric",
-    "norm",
-    "quarter_turn",
-    "unit_axis",
-    "where",
 ]

@@ -16,7 +16,6 @@ from math import prod
 from typing import NamedTuple
 
 from escort_mj.behaviors.signals import RadiusSignals
-from escort_mj.components.memory import MemorySignals
 from escort_mj.components.mission import DriveSignals, MissionSignals
 from escort_mj.components.movers import MoverSignals
 from escort_mj.components.obstacles import ObstacleSignals
@@ -43,13 +42,13 @@ from escort_mj.monitor.signals import (
 )
 from escort_mj.native.fields import Extent, Recorded, declared
 from escort_mj.sensing.lidar import LidarSignals
-from escort_mj.sensing.sensors import SensorSignals
+from escort_mj.sensing.sensors import ReadingSignals, SensorSignals
 
 TIME = 0  # the column of a sample that holds its time
 TRUTH, LYAPUNOV, DRIVES, GOALS = "truth", "lyapunov", "drives", "goals"
 KNOWLEDGE, RADIO, LIDAR, OPPONENTS, TEAMS = "knowledge", "radio", "lidar", "opponents", "teams"
 MOVERS, SEVERAL, RADII, WATCHES = "movers", "several", "radii", "watches"
-MEMORIES = "memories"
+MEMORIES, READINGS = "memories", "readings"
 DIMS: dict[Extent, tuple[str, ...]] = {
     (1,): (),
     ("n",): ("robot",),
@@ -72,6 +71,7 @@ DIMS: dict[Extent, tuple[str, ...]] = {
     ("resized",): ("robot",),
     ("watches",): ("watch",),
     ("memories",): ("memory",),
+    ("readings",): ("reading",),
     ("p",): ("axis",),
     ("p", "p"): ("axis", "axis_2"),
     ("m",): ("obstacle",),
@@ -99,6 +99,7 @@ CHANNELS: dict[Extent, str] = {
     ("resized",): RADII,
     ("watches",): WATCHES,
     ("memories",): MEMORIES,
+    ("readings",): READINGS,
 }
 """Channels of which all signals have such an extent: it is 0 where they are not recorded."""
 
@@ -112,7 +113,6 @@ class Signals(
     OuterLoopSignals,
     TaskSignals,
     InnerLoopSignals,
-    MemorySignals,
     ClearanceSignals,
     MotionSignals,
     ContactSignals,
@@ -128,6 +128,7 @@ class Signals(
     MoverSignals,
     RadiusSignals,
     WatchSignals,
+    ReadingSignals,
 ):
     """All that is recorded: what a sample has, in this order."""
 
@@ -138,7 +139,8 @@ class Signal(NamedTuple):
     Attributes:
         name: Variable name in the trace.
         dims: Dimensions beside time, out of `robot`, `axis`, `axis_2`, `obstacle`, `behavior`, `coordinate`,
-            `cause`, `group`, `slot`, `ray`, `opponent`, `team`, `mover`, `watch`, `memory`.
+            `cause`, `group`, `slot`, `ray`, `opponent`, `team`, `mover`, `watch`, `memory`,
+            `reading`.
         unit: SI unit, `1` for none.
         meaning: One sentence for the trace's attributes and the docs.
         dtype: Of its values in a trace.
@@ -173,11 +175,6 @@ def _signals(kind: type) -> Iterator[Signal]:
 SIGNALS: tuple[Signal, ...] = tuple(_signals(Signals))
 EPISODE: tuple[Signal, ...] = tuple(signal._replace(dims=("episode",)) for signal in _signals(Episode))
 """Columns of a contact episode."""
-
-
-def axis_names(axes: int) -> list[str]:
-    """Names of so many axes: x, y, z, x4, x5 ..."""
-    return ["x", "y", "z", *(f"x{k}" for k in range(4, axes + 1))][:axes]
 
 
 def record_size(sizes: Mapping[str, int]) -> int:
@@ -215,6 +212,7 @@ def channel_sizes(
     resized: bool = False,
     watches: int = 0,
     memories: int = 0,
+    readings: int = 0,
 ) -> dict[str, int]:
     """Sizes that some missions add to those of a record.
 
@@ -231,11 +229,12 @@ def channel_sizes(
         several: Whether some robot is more than its hull.
         resized: Whether the distance that robots keep from the target changes.
         watches: How many quantities are watched in every physics step because an expectation asks for them.
-        memories: How many numbers of their own components integrate for every robot and axis.
+        memories: How many numbers of its own a law integrates for every robot and axis.
+        readings: How many numbers sensors of other kinds than the plain one record of every robot.
     """
     channels = {DRIVES: driven, GOALS: headed, KNOWLEDGE: informed, RADIO: slots > 0, LIDAR: rays > 0}
     channels |= {OPPONENTS: opponents > 0, TEAMS: teams > 0, MOVERS: movers > 0, SEVERAL: several}
-    channels |= {RADII: resized, WATCHES: watches > 0, MEMORIES: memories > 0}
+    channels |= {RADII: resized, WATCHES: watches > 0, MEMORIES: memories > 0, READINGS: readings > 0}
     sizes = {name: 1 for name, recorded in channels.items() if recorded}
     if informed:
         sizes["axis_2"] = axes
@@ -253,6 +252,8 @@ def channel_sizes(
         sizes["watch"] = watches
     if memories:
         sizes["memory"] = memories
+    if readings:
+        sizes["reading"] = readings
     return sizes
 
 

@@ -77,3 +77,8 @@ class MissionState(Fields):
     """What the controller hands the motors."""
 
     command: Annotated[Array, "n", "p", Value("N", "force that the motors are asked for")]
+
+
+def axis_names(axes: int) -> list[str]:
+    """Names of so many axes: x, y, z, x4, x5 ..."""
+    return ["x", "y", "z", *(f"x{k}" for k in range(4, axes + 1))][:axes]

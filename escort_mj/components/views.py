@@ -32,12 +32,10 @@ class LawView(NamedTuple):
     model_bias: Annotated[Array, "modeled", "p"]  # bias forces [N]; likewise
     v_d_rate: Annotated[Array, "differentiating", "p"]  # derivative of v_d; if the law asks [m/s^2]
     rho_hat: Annotated[Array, "n", "p"]  # the estimate: the integral of its rate [N]
-    component_memory: Annotated[Array, "memories", "n", "p"]  # integrals of the rates below, at first 0
-    memory_row: Annotated[Array, 1]  # where its own begin
+    law_memory: Annotated[Array, "memories", "n", "p"]  # integrals of the rates below, at first 0
     tau: Annotated[Array, "n", "p"]  # written: the force demanded [N]
     rho_hat_rate: Annotated[Array, "n", "p"]  # written: 0 unless said [N/s]
-    component_rate: Annotated[Array, "memories", "n", "p"]  # written: 0 unless said
-    rate_found: Annotated[Array, "remembering", "p"]  # scratch
+    law_memory_rate: Annotated[Array, "memories", "n", "p"]  # written: 0 unless said
 
 
 class BehaviorView(NamedTuple):
@@ -60,5 +58,5 @@ class BehaviorView(NamedTuple):
     wish_error: Annotated[Array, 1]  # written: how far the task is from done [m]
 
 
-LAW_OUTPUTS = ("tau", "rho_hat_rate", "component_rate")
+LAW_OUTPUTS = ("tau", "rho_hat_rate", "law_memory_rate")
 BEHAVIOR_OUTPUTS = ("wish_direction", "wish_velocity", "wish_error")

@@ -8,11 +8,11 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from escort_mj.components.mission import axis_names
 from escort_mj.conformance.missions import AXES, mission_with
 from escort_mj.conformance.stand import ROUNDING, CheckResult
 from escort_mj.robots import RobotKind
 from escort_mj.scenario.schema.scenario import Scenario
-from escort_mj.signals import axis_names
 from escort_mj.world.callback import native_loop
 from escort_mj.world.model.build import World, build
 from escort_mj.world.plant import Plant

@@ -6,8 +6,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from escort_mj.behaviors.behavior import Behavior
-from escort_mj.conformance.stand import CheckResult, heard_over, seen_and_heard, trying
-from escort_mj.disturbances import Disturbance
+from escort_mj.conformance.stand import CheckResult, heard_over, measured_by, seen_and_heard, trying
 from escort_mj.estimators import Estimator
 from escort_mj.laws.law import Law
 from escort_mj.mission import Flight
@@ -16,6 +15,7 @@ from escort_mj.policies import Policy
 from escort_mj.radios import Radio
 from escort_mj.robots import RobotKind
 from escort_mj.scenario.schema.scenario import Scenario
+from escort_mj.sensors import Sensor
 
 AXES = (2, 3)
 DURATION = 2.0  # s
@@ -74,8 +74,9 @@ def mission_with(member: type[Any], kind: type[Scenario], axes: int) -> Scenario
         table |= seen_and_heard(member.model_fields["estimator"].default, member.needs[0])
     elif issubclass(member, Radio):
         table |= heard_over(member.model_fields["radio"].default)
-    elif issubclass(member, Disturbance):
-        table["uncertainty"] = {"disturbances": (member.model_fields["disturbance"].default,)}
+    elif issubclass(member, Sensor):
+        table["sensing"] = measured_by(member.model_fields["sensor"].default, member)
+        table["robots"] = {"kind": "diff_drive" if axes == min(AXES) else "quadrotor"}
     elif issubclass(member, RobotKind):
         table["robots"] = {"kind": member.model_fields["kind"].default, "force_limit": 100.0}
     return kind.model_validate(table)

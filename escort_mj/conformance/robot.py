@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from escort_mj.components.mission import axis_names
 from escort_mj.errors import OutsideError, RobotError, UsageError
 from escort_mj.robots.drive import POSITION, RATE, THRUST
 from escort_mj.robots.mjcf import Mjcf
@@ -18,7 +19,6 @@ from escort_mj.scenario.findings import listed
 from escort_mj.scenario.geometry.team_gains import proposal
 from escort_mj.scenario.reader.load import scenario_of
 from escort_mj.scenario.schema.scenario import Scenario
-from escort_mj.signals import axis_names
 from escort_mj.world.callback import native_loop
 from escort_mj.world.model.build import build
 from escort_mj.world.plant import Plant

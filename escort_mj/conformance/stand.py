@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from escort_mj.behaviors.behavior import Behavior
 from escort_mj.components.component import Component
 from escort_mj.control.custom import native
-from escort_mj.disturbances import Disturbance
 from escort_mj.estimators import Estimator
 from escort_mj.knowledge.sight import MEASURES
 from escort_mj.laws.law import Law
@@ -22,6 +21,7 @@ from escort_mj.policies import Policy
 from escort_mj.radios import Radio
 from escort_mj.scenario.schema.scenario import Scenario
 from escort_mj.scenario.setup import controller_setup
+from escort_mj.sensors import Sensor
 
 Array = NDArray[np.float64]
 
@@ -93,8 +93,8 @@ class Stand:
             table |= seen_and_heard(own.model_dump(), MEASURES)
         elif isinstance(own, Radio):
             table |= heard_over(own.model_dump())
-        elif isinstance(own, Disturbance):
-            table["uncertainty"] = {"disturbances": (own.model_dump(),)}
+        elif isinstance(own, Sensor):
+            table["sensing"] = measured_by(own.model_dump(), type(own))
         else:
             table["mission"] = {"behaviors": (own.model_dump(),)}
         setup = controller_setup(kind.model_validate(table))
@@ -108,12 +108,12 @@ class Stand:
         place = int(plan.level_place[0]) if isinstance(own, Behavior) else 0
         if isinstance(own, Policy):
             place = int(plan.mover_place[0])
-        if isinstance(own, Disturbance):
-            place = int(plan.disturbance_place[0])
         if isinstance(own, Estimator):
             place, self.sight_variance = plan.estimator_place, plan.sight_variance
         if isinstance(own, Radio):
             place = plan.radio_place
+        if isinstance(own, Sensor):
+            place = int(plan.own_sensor_place[0])
         self.timestep = plan.timestep
         self._block = plan.parameters.ctypes.data + DOUBLE * place
 
@@ -134,7 +134,7 @@ class Stand:
         """
         state = self.state
         state.time[0] = random.uniform(0.0, 100.0)
-        for name in ("e", "e_dot", "v_d", "v_measured", "rho_hat", "component_memory"):
+        for name in ("e", "e_dot", "v_d", "v_measured", "rho_hat", "law_memory"):
             values = getattr(state, name)
             values[:] = scale * random.standard_normal(values.shape)
         state.q_measured[:] = 5.0 * random.standard_normal(state.q_measured.shape)
@@ -146,8 +146,6 @@ class Stand:
         for i in range(len(state.model_mass)):
             state.model_mass[i] = np.eye(state.q.shape[1]).ravel() * random.uniform(0.5, 2.0)
         state.model_bias[:] = random.standard_normal(state.model_bias.shape)
-        for values in (state.noise, state.common_noise):
-            values[:] = random.standard_normal(values.shape)
         for values in (state.q, state.v, state.mover_position, state.mover_velocity, state.mover_memory):
             values[:] = random.standard_normal(values.shape)
         if isinstance(self.own, Estimator):
@@ -157,6 +155,10 @@ class Stand:
             state.message_number[0], state.message_distance[0] = random.integers(0, 1000), random.random()
             state.message_draws[:] = random.random(2)
             state.link_memory[:] = random.integers(0, 2, len(state.link_memory))
+        if isinstance(self.own, Sensor):
+            for name in ("sensor_truth", "sensor_normals", "sensor_memory"):
+                getattr(state, name)[:] = scale * random.standard_normal(getattr(state, name).shape)
+            state.sensor_draw[:] = random.random(state.sensor_draw.shape)
 
     def _inform(self, random: np.random.Generator) -> None:
         """Draw what robots believe, see and hear: one of the messages, or none."""
@@ -202,7 +204,7 @@ class Stand:
     @property
     def numbers(self) -> int:
         """How many robots, or bodies with a policy, the method can be called for."""
-        if isinstance(self.own, Radio):
+        if isinstance(self.own, Radio | Sensor):
             return 2  # questions
         return len(self.state.mover_position) if isinstance(self.own, Policy) else len(self.state.q)
 
@@ -232,6 +234,11 @@ def seen_and_heard(estimator: Any, measures: Sequence[str]) -> dict[str, Any]:
 def heard_over(radio: Any) -> dict[str, Any]:
     """Tables of a scenario in which robots have a radio, and one of them sees the target."""
     return {"knowledge": {"target": {"robots": (1,)}}, "communication": radio}
+
+
+def measured_by(sensor: Any, member: type[Sensor]) -> dict[str, Any]:
+    """Table of a scenario in which a sensor measures all that it can."""
+    return dict.fromkeys(member.measures, sensor)
 
 
 def stands(member: type[Component], kind: type[Scenario]) -> Iterator[Stand]:

@@ -12,17 +12,16 @@ from escort_mj.behaviors.formation import place_formations
 from escort_mj.behaviors.goal import choose_goals
 from escort_mj.behaviors.surface import choose_radii
 from escort_mj.behaviors.vertices import turn_figures
-from escort_mj.components.memory import integrate_memory
 from escort_mj.components.movers import drive, place_movers
 from escort_mj.control.conflicts import weigh_tasks
 from escort_mj.control.deciding import decide
-from escort_mj.control.disturbing import disturb
 from escort_mj.control.failure import command_failing_motors, notice_losses
 from escort_mj.control.harmonics import follow
 from escort_mj.control.inner import inner_loop
 from escort_mj.control.knowing import know
 from escort_mj.control.opponents import assign_guards, judge_opponents
 from escort_mj.control.outer_loops.meeting import bound_velocities
+from escort_mj.control.reading import read_sensors
 from escort_mj.control.supervisor import supervise
 from escort_mj.control.teams import form_teams
 from escort_mj.control.trigger import refresh
@@ -74,8 +73,6 @@ def evaluate(plan: Plan, state: State) -> None:
     state.step[0] = round(state.time[0] / plan.timestep)
     moved = advance(plan, state)
     follow_time(plan, state)
-    if plan.disturbance_kind.shape[0] > 0:
-        disturb(plan, state)
     if plan.mover_mass.shape[0] > 0:
         place_movers(plan, state)
         if moved and plan.willed:
@@ -84,6 +81,8 @@ def evaluate(plan: Plan, state: State) -> None:
             decide(plan, state)
         drive(plan, state)
     measure_all(plan, state)
+    if plan.own_sensor.shape[0] > 0:
+        read_sensors(moved, plan, state)
     if moved and plan.lidar_rays.shape[0] > 0:
         scan(plan, state)
     state.sampled[0] = is_sampled(int(state.step[0]), plan)
@@ -141,7 +140,7 @@ def is_sampled(step: int, plan: Plan) -> bool:
 
 @merged
 def advance(plan: Plan, state: State) -> bool:
-    """Integrates reference, estimate and components' own memory since the last evaluation (eqs. 2, 10).
+    """Integrates reference position and estimate over the step since the last evaluation (eqs. 2, 10).
 
     Returns:
         Whether this is the first evaluation at the present time.
@@ -180,8 +179,6 @@ def advance(plan: Plan, state: State) -> bool:
         for i in range(state.v_d_rate.shape[0]):
             for k in range(p):
                 state.v_d_filtered[i, k] += plan.timestep * state.v_d_rate[i, k]
-        if state.component_memory.shape[0] > 0:
-            integrate_memory(plan, state)
     state.last_time[0] = time
     return moved
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 from escort_mj.behaviors import Behavior
@@ -10,7 +11,6 @@ from escort_mj.control.failure import Failure
 from escort_mj.control.outer_loops import Nsb, OuterLoop
 from escort_mj.control.supervisor import ControlPhase
 from escort_mj.control.trigger import Trigger
-from escort_mj.disturbances import Disturbance
 from escort_mj.estimators import Estimator, Hold
 from escort_mj.knowledge.sight import Sight
 from escort_mj.laws import Law
@@ -25,7 +25,6 @@ class Setup(MissionSetup):
     behaviors: tuple[Behavior, ...]
     law: Law
     laws: tuple[Law, ...] = ()
-    disturbances: tuple[Disturbance, ...] = ()
     outer: OuterLoop = Nsb()
     phases: tuple[ControlPhase, ...] = ()
     trigger: Trigger | None = None
@@ -34,3 +33,8 @@ class Setup(MissionSetup):
     sight: Sight | None = None
     radio: Radio | None = None
     estimator: Estimator = Hold()
+
+    @property
+    def faces(self) -> bool:
+        """Whether it matters which way robots look."""
+        return self.sensing.heading is not None or (self.sight is not None and self.sight.field < math.inf)

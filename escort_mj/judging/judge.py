@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from escort_mj.components.mission import axis_names
 from escort_mj.errors import LogError, UsageError
 from escort_mj.expect.verdicts import Verdict
 from escort_mj.expectations.outcome import OutcomeExpectation
@@ -32,7 +33,7 @@ from escort_mj.scenario.findings import did_you_mean, listed, shortened
 from escort_mj.scenario.geometry.obstacles import obstacles_of
 from escort_mj.scenario.geometry.placement import robot_count
 from escort_mj.scenario.geometry.trajectory import Piecewise, Trajectory
-from escort_mj.signals import KNOWLEDGE, LIDAR, RADIO, SIGNALS, axis_names, columns
+from escort_mj.signals import KNOWLEDGE, LIDAR, RADIO, SIGNALS, columns
 from escort_mj.world.labels import labels_of
 from escort_mj.world.model.build import Seen, World, build
 from escort_mj.world.playback import play

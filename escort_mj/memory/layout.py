@@ -17,7 +17,6 @@ from escort_mj.behaviors.goal import GoalParameters, GoalState
 from escort_mj.behaviors.surface import RadiusParameters, RadiusState
 from escort_mj.behaviors.vertices import VertexParameters, VertexState
 from escort_mj.components.component import ComponentParameters
-from escort_mj.components.memory import MemoryState
 from escort_mj.components.mission import MissionParameters, MissionState
 from escort_mj.components.movers import MoverParameters, MoverState
 from escort_mj.components.obstacles import ObstacleParameters, ObstacleState
@@ -27,7 +26,6 @@ from escort_mj.components.views import BehaviorView, LawView
 from escort_mj.control.controller import ControllerParameters, ControllerState
 from escort_mj.control.custom.calls import CustomState
 from escort_mj.control.deciding import PolicyParameters
-from escort_mj.control.disturbing import DisturbanceParameters, DisturbanceState
 from escort_mj.control.failure import FailureParameters
 from escort_mj.control.harmonics import HarmonicParameters
 from escort_mj.control.inner import InnerLoopParameters, InnerLoopState
@@ -40,7 +38,6 @@ from escort_mj.control.outer_loops.meeting import PaceState
 from escort_mj.control.supervisor import SupervisorParameters, SupervisorState
 from escort_mj.control.trigger import TriggerParameters, TriggerState
 from escort_mj.control.velocity import OuterLoopParameters
-from escort_mj.disturbances.disturbance import DisturbanceView
 from escort_mj.estimators.estimator import EstimatorView, estimator_view
 from escort_mj.knowledge.auction import AuctionParameters, AuctionState
 from escort_mj.knowledge.belief import BeliefParameters, BeliefState
@@ -64,6 +61,7 @@ from escort_mj.policies.policy import PolicyView, policy_view
 from escort_mj.radios.radio import RadioView, radio_view
 from escort_mj.sensing.lidar import LidarParameters, LidarState
 from escort_mj.sensing.sensors import SensorParameters, SensorState
+from escort_mj.sensors.sensor import SensorView, sensor_view
 from escort_mj.signals import Signals
 
 
@@ -92,7 +90,6 @@ class Plan(
     StackParameters,
     OuterLoopParameters,
     TriggerParameters,
-    DisturbanceParameters,
     InnerLoopParameters,
     ChordParameters,
     VertexParameters,
@@ -131,8 +128,6 @@ class State(
     TriggerState,
     PaceState,
     DetourState,
-    DisturbanceState,
-    MemoryState,
     InnerLoopState,
     ChordState,
     VertexState,
@@ -174,9 +169,6 @@ BY_ROBOT = (
         "members",
         "mixed",
         "resized",
-        "remembering",
-        "pushed",
-        "blown",
     ),
 )
 LAYOUT = Layout(MAGIC, Plan, State, whole=BY_ROBOT)
@@ -185,7 +177,7 @@ LAYOUT.part(BehaviorView)
 LAYOUT.part(PolicyView)
 LAYOUT.part(EstimatorView)
 LAYOUT.part(RadioView)
-LAYOUT.part(DisturbanceView)
+LAYOUT.part(SensorView)
 
 
 @inlined
@@ -223,6 +215,7 @@ viewer(LAYOUT, LawView, law_view)
 viewer(LAYOUT, PolicyView, policy_view)
 viewer(LAYOUT, EstimatorView, estimator_view)
 viewer(LAYOUT, RadioView, radio_view)
+viewer(LAYOUT, SensorView, sensor_view)
 
 
 def state_size(packed: Array) -> int:

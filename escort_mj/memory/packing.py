@@ -15,19 +15,20 @@ from escort_mj.control.custom.native import block_of
 from escort_mj.control.harmonics import sum_of, tabulate
 from escort_mj.control.outer_loops import OUTER_LOOPS
 from escort_mj.control.setup import Setup
-from escort_mj.disturbances import DISTURBANCES
 from escort_mj.estimators import ESTIMATORS
 from escort_mj.laws import LAWS
 from escort_mj.memory.layout import LAYOUT, Plan
 from escort_mj.monitor.contacts import CELLS_PER_PAIR, PAIRS_PER_BODY
 from escort_mj.monitor.sampling import steps_kept
 from escort_mj.native.fields import Fields
+from escort_mj.native.lanes import room_for
 from escort_mj.numerics.neighbors import LISTED
 from escort_mj.numerics.program import Op
 from escort_mj.numerics.reform import scratch_size
 from escort_mj.policies import POLICIES
 from escort_mj.radios import RADIOS
-from escort_mj.sensing.sensors import rows_of_past
+from escort_mj.sensing.sensors import readings_of, rows_of_past
+from escort_mj.sensors import SENSORS
 from escort_mj.signals import SIGNALS
 
 Array = NDArray[np.float64]
@@ -80,15 +81,12 @@ def pack(
         "truth": truth,
         "lyapunov": lyapunov,
     }
-    sizes = LAYOUT.sizes(values)
+    sizes, own = LAYOUT.sizes(values), setup.sensing.own.values()
     crowd = n * (n >= LISTED)
     sizes |= {
         "coordinates": coordinates,
         "behaviors": len(setup.kinds),
-        "memories": len(setup.memory),
-        "remembering": n * bool(setup.memory),
-        "pushed": n * bool(setup.disturbances),
-        "blown": n * any(each.draws for each in setup.disturbances),
+        "memories": len(setup.law.memories()),
         "mixed": n * bool(setup.laws),
         "turns": len(values["turns"]) // p,
         "known": n * truth,  # robots whose truth is recorded
@@ -100,7 +98,10 @@ def pack(
         "informed": n * setup.informed,
         "scanned": n * (setup.sensing.lidar is not None),
         "returned": n * (setup.sensing.lidar is not None and setup.sensing.lidar.recorded),
-        "facing": n * (setup.sight is not None and setup.sight.field < np.inf),
+        "facing": n * setup.faces,
+        "readings": len(readings_of(setup.sensing.own, p)),
+        "measuring": room_for(n) * bool(own),
+        "sensor_memories": max((len(each.memories()) for each in own), default=0),
         "believed": setup.estimator.orders * p,
         "guarding": n * bool(setup.opponents),
         "escorted": len(setup.obstacle_radius) * bool(setup.teams),
@@ -184,34 +185,36 @@ def _functions(setup: Setup) -> dict[str, Any]:
     }
 
 
-SHIPPED = (*LAWS, *OUTER_LOOPS, *ESTIMATORS, *BEHAVIORS, *POLICIES, *RADIOS, *DISTURBANCES)
-
-
 def _components(setup: Setup) -> dict[str, Any]:
     """Return the parameters of law, outer loop and behaviors as kernels read them, and where each begins."""
-    blocks, places, end = [], [], 0
-    willed = [mover.policy for mover in setup.movers if mover.policy is not None]
-    radios = [setup.radio] if setup.radio is not None else []
-    others = [*willed, *radios, *setup.laws, *setup.disturbances]
-    members: list[Component] = [setup.law, setup.outer, setup.estimator, *setup.all_behaviors, *others]
-    for member in members:
-        places.append(end)
-        if type(member) in SHIPPED:
-            layout = shipped_layout(type(member))
-            blocks.append(layout.pack({"p": setup.axes}, member.packed(setup)))
-        else:
-            blocks.append(block_of(member, setup.axes))
-        end += len(blocks[-1])
-    rest = iter(places[len(members) - len(others) :])
-    groups = (willed, radios, setup.laws, setup.disturbances)
-    by_policy, by_radio, by_law, by_disturbance = ([next(rest) for _ in group] for group in groups)
+    members: dict[str, list[Component]] = {
+        "law_place": [setup.law],
+        "outer_place": [setup.outer],
+        "estimator_place": [setup.estimator],
+        "level_place": [*setup.all_behaviors],
+        "mover_place": [mover.policy for mover in setup.movers if mover.policy is not None],
+        "radio_place": [setup.radio] if setup.radio is not None else [],
+        "own_sensor_place": [*setup.sensing.own.values()],
+        "team_law_place": [*setup.laws],
+    }
+    shipped = (*LAWS, *OUTER_LOOPS, *ESTIMATORS, *BEHAVIORS, *POLICIES, *RADIOS, *SENSORS)
+    blocks, places, end = [], {name: [0] * 0 for name in members}, 0
+    for name, group in members.items():
+        for member in group:
+            places[name].append(end)
+            if type(member) in shipped:
+                blocks.append(shipped_layout(type(member)).pack({"p": setup.axes}, member.packed(setup)))
+            else:
+                blocks.append(block_of(member, setup.axes))
+            end += len(blocks[-1])
+    by_policy = iter(places["mover_place"])
     return {
         "parameters": np.concatenate(blocks),
-        "team_law_place": by_law,
-        "disturbance_place": by_disturbance,
-        "outer_place": places[1],
-        "radio_place": by_radio[0] if radios else 0,
-        "estimator_place": places[2],
-        "level_place": places[3 : 3 + len(setup.all_behaviors)],
-        "mover_place": [0 if mover.policy is None else by_policy.pop(0) for mover in setup.movers],
+        "team_law_place": places["team_law_place"],
+        "outer_place": places["outer_place"][0],
+        "estimator_place": places["estimator_place"][0],
+        "radio_place": places["radio_place"][0] if setup.radio else 0,
+        "own_sensor_place": places["own_sensor_place"],
+        "level_place": places["level_place"],
+        "mover_place": [0 if mover.policy is None else next(by_policy) for mover in setup.movers],
     }

@@ -34,7 +34,6 @@ ROOMS = (
         "laws",
         "control",
         "control/outer_loops",
-        "disturbances",
         "estimators",
         "policies",
         "monitor",

@@ -11,17 +11,15 @@ them lanes at a time, never less, and what lies between two arrays belongs to no
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from math import prod
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from escort_mj.native.fields import Array, Declared, Extent, Fields, declared
 from escort_mj.native.kernels import DOUBLE, matrix_at, vector_at
-from escort_mj.native.lanes import room_for
-
-F = TypeVar("F", bound=Callable[..., Any])
+from escort_mj.native.lanes import WIDTH, room_for
 
 AXES = "p"  # the dimension that kernels may know when they are compiled
 MAGIC, LENGTH, FIRST = 0, 1, 2  # places in the header
@@ -177,8 +175,8 @@ class Layout:
         """How many numbers an array of a shape has room for."""
         rows, *others = shape
         if field.shape[0] in self.whole:
-            rows = room_for(rows)
-        return room_for(rows * prod(others))
+            return room_for(rows) * prod(others)
+        return room_for(rows * prod(others) + (WIDTH - 1) * bool(others))  # each row may be written in lanes
 
     def _sizes(self, header: Array) -> dict[str, int]:
         return {name: int(header[place]) for name, place in self.dimensions.items()}
@@ -207,24 +205,6 @@ _layouts: dict[type, Layout] = {}
 def layout_with(part: type) -> Layout:
     """Return the layout that a class is a part of, see `Layout.part`."""
     return _layouts[part]
-
-
-narrowers: list[tuple[type, Any]] = []
-"""Views that show a part of the state, and functions that make them of a view of the whole state."""
-
-
-def narrower(kind: type) -> Callable[[F], F]:
-    """Mark a function that views a part of the state, in kernels too, where it keeps the number of axes.
-
-    Args:
-        kind: Annotates fields of the state or of the plan, see `Layout.part`.
-    """
-
-    def mark(function: F) -> F:
-        narrowers.append((kind, function))
-        return function
-
-    return mark
 
 
 viewers: list[tuple[Layout, type, Any]] = []

@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from difflib import get_close_matches
 from functools import cache
+from math import prod
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -24,21 +25,15 @@ class Names(NamedTuple):
     Attributes:
         fields: Name and field of the view: a number, one in a vector, or an array of axes.
         rows: Name, field, and the row of the field that has such an array, or a number.
-        first: Field with the number of a first row, from which rows count; empty where they count from 0.
     """
 
     fields: tuple[tuple[str, str], ...]
     rows: tuple[tuple[str, str, int], ...] = ()
-    first: str = ""
 
     @property
     def known(self) -> tuple[str, ...]:
         """All names."""
         return (*(name for name, _ in self.fields), *(name for name, *_ in self.rows))
-
-    def first_row(self, view: Any) -> int:
-        """Return the number of the first row."""
-        return int(getattr(view, self.first)[0]) if self.first else 0
 
 
 readers: list[tuple[Callable[..., Any], Names]] = []
@@ -74,13 +69,13 @@ class Axes(Values):
                 return self._read(getattr(self._view, field), None)
         for known, field, row in self._names.rows:
             if known == name:
-                return self._read(getattr(self._view, field), self._names.first_row(self._view) + row)
+                return self._read(getattr(self._view, field), row)
         raise AttributeError(unknown(name, self._names.known))
 
     def _read(self, value: Any, row: int | None) -> Any:
         if not isinstance(value, np.ndarray) or value.ndim == 1 and (row is not None or value.shape == (1,)):
             return float(value if np.ndim(value) == 0 else value[row or 0])
-        first = 0 if row is None else row * value.shape[1] * value.shape[2]
+        first = 0 if row is None else row * prod(value.shape[1:])
         return load(value, first + self._at) if np.ndim(self._at) == 0 else pick(value, first + self._at)
 
 
@@ -101,7 +96,7 @@ class Arrays(Values):
             else:
                 self.__dict__[name] = value
         for name, field, row in names.rows:
-            self.__dict__[name] = getattr(view, field)[names.first_row(view) + row]
+            self.__dict__[name] = getattr(view, field)[row]
 
     def __setattr__(self, name: str, value: Any) -> None:
         raise AttributeError(f"{name} cannot be set: equations return their values")
@@ -129,23 +124,3 @@ def reader_of(names: Names) -> Callable[[Any, Any], Any]:
 
     readers.append((axes_at, names))
     return axes_at
-
-
-computed: list[tuple[Callable[..., Any], type, tuple[str, ...]]] = []
-"""Functions that make values of a class, the class, and its parts."""
-
-
-def maker_of(kind: type) -> Callable[..., Any]:
-    """Return a function that makes values of a class, in kernels too, of its annotated parts in their order.
-
-    There, properties and methods of the class are compiled as kernels are.
-
-    Args:
-        kind: Its `__init__` keeps the parts under their names, and does nothing else.
-    """
-
-    def make(*parts: Any) -> Any:
-        return kind(*parts)
-
-    computed.append((make, kind, tuple(kind.__annotations__)))
-    return make

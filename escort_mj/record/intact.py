@@ -25,6 +25,7 @@ from escort_mj.signals import (
     OPPONENTS,
     RADII,
     RADIO,
+    READINGS,
     SEVERAL,
     SIGNALS,
     TEAMS,
@@ -126,7 +127,8 @@ def _shape_faults(trace: Recorded) -> Iterator[str]:
         OPPONENTS: "opponent_status",
         TEAMS: "member_of",
         MOVERS: "mover_work",
-        MEMORIES: "component_memory",
+        MEMORIES: "law_memory",
+        READINGS: "readings",
         SEVERAL: "point_speed_max",
         RADII: "kept_radius",
         WATCHES: "watch_value",
@@ -146,7 +148,9 @@ def _shape_faults(trace: Recorded) -> Iterator[str]:
     if channels[WATCHES]:
         wanted["watch"] = ("watch",), "OUST"
     if channels[MEMORIES]:
-        wanted |= dict.fromkeys(("memory", "memory_unit", "memory_truth"), (("memory",), "OUST"))
+        wanted["memory"] = wanted["memory_unit"] = ("memory",), "OUST"
+    if channels[READINGS]:
+        wanted["reading"] = wanted["reading_unit"] = ("reading",), "OUST"
     if channels[MOVERS]:
         wanted["mover"] = ("mover",), "OUST"
     if channels[LIDAR]:

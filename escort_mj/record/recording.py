@@ -15,9 +15,10 @@ from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from escort_mj.components.mission import axis_names
 from escort_mj.errors import NotLoggedError
 from escort_mj.monitor.signals import CAUSES, FIRST, SECOND, START
-from escort_mj.signals import EPISODE, SIGNALS, TRUTH, axis_names, record_size
+from escort_mj.signals import EPISODE, SIGNALS, TRUTH, record_size
 
 if TYPE_CHECKING:
     import xarray
@@ -407,9 +408,11 @@ def _coordinates(sizes: Mapping[str, int], labels: Mapping[str, Any]) -> dict[Ha
     if labels.get("watches"):
         found["watch"] = names("watch", "watches", "what expectations ask about every physics step")
     if labels.get("memories"):
-        found["memory"] = names("memory", "memories", "component, and what it integrates of its own")
+        found["memory"] = names("memory", "memories", "what the law integrates of its own")
         found["memory_unit"] = names("memory", "memory_units", "its unit")
-        found["memory_truth"] = names("memory", "memory_truths", "signal that it estimates; empty for none")
+    if labels.get("readings"):
+        found["reading"] = names("reading", "readings", "what sensors show and keep of their own")
+        found["reading_unit"] = names("reading", "reading_units", "its unit")
     if labels.get("movers"):
         found["mover"] = names("mover", "movers", "name of the body that a force drives")
     if sizes.get(TRUTH):

@@ -14,7 +14,6 @@ from escort_mj.control import signals as control
 from escort_mj.control.custom import native
 from escort_mj.control.setup import Setup
 from escort_mj.errors import EscortError, UsageError
-from escort_mj.memory import layout
 from escort_mj.memory.evaluation import evaluation_of, interpreted_evaluation
 from escort_mj.memory.layout import state_size, unpack_plan, unpack_state
 from escort_mj.memory.packing import pack
@@ -114,8 +113,8 @@ class Backend:
         state.rho_hat[returned] = self._plan.estimate_at_start[returned, None]
         for array in (state.q_d_rate, state.rho_hat_rate):
             array[returned] = 0.0
-        for array in (state.component_memory, state.component_rate):
-            array[: len(setup.law_memory), returned] = 0.0
+        for array in (state.law_memory, state.law_memory_rate):
+            array[:, returned] = 0.0
 
     def apply(self, force: Array) -> None:
         """Take over the forces that robots really get, shape (n, p) [N]."""
@@ -127,11 +126,11 @@ class Backend:
 
     def save(self) -> dict[str, Any]:
         """Return copies of everything that later evaluations depend on: every field of the state."""
-        return {name: getattr(self._state, name).copy() for name in declared(layout.State)}
+        return {name: getattr(self._state, name).copy() for name in declared(State)}
 
     def load(self, saved: Mapping[str, Any]) -> None:
         """Continue from what `save` returned."""
-        fields = {name: getattr(self._state, name) for name in declared(layout.State)}
+        fields = {name: getattr(self._state, name) for name in declared(State)}
         if wrong := [name for name, field in fields.items() if np.shape(saved.get(name, 0)) != field.shape]:
             raise UsageError(f"state: {wrong[0]} is missing or of another shape: not of this mission")
         for name, field in fields.items():

@@ -21,6 +21,7 @@ from escort_mj.scenario.geometry.obstacles import obstacles_of
 from escort_mj.scenario.geometry.shapes import outline
 from escort_mj.scenario.reader.catalog import catalog_of
 from escort_mj.scenario.schema.scenario import Scenario
+from escort_mj.sensing.sensors import readings_of
 from escort_mj.signals import SEVERAL
 from escort_mj.world.model.build import World
 from escort_mj.world.stages import IN_SPACE
@@ -39,7 +40,8 @@ def _outlines(scenario: Scenario) -> list[list[list[float]]]:
 
 def labels_of(scenario: Scenario, world: World) -> dict[str, Any]:
     """What the trace says of the mission beside its signals."""
-    setup, memories = world.setup, world.setup.memory
+    setup, memories = world.setup, world.setup.law.memories()
+    readings = readings_of(setup.sensing.own, setup.axes)
     (neighbors, spacing), lidar = setup.edges, setup.sensing.lidar
     edge_team = setup.members[neighbors[:, 0]]
     avoid = next((b for b in setup.behaviors if isinstance(b, AvoidObstacles)), None)
@@ -66,7 +68,8 @@ def labels_of(scenario: Scenario, world: World) -> dict[str, Any]:
         "watches": [watch.label for watch in world.watches],
         "memories": [*memories],
         "memory_units": [memory.unit for memory in memories.values()],
-        "memory_truths": [memory.truth for memory in memories.values()],
+        "readings": [*readings],
+        "reading_units": [*readings.values()],
         "movers": [
             "target" if mover.obstacle < 0 else obstacle_names(scenario)[mover.obstacle]
             for mover in setup.movers

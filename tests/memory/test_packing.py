@@ -16,8 +16,6 @@ GIVEN_APART = {
         "level_place",
         "mover_place",
         "team_law_place",
-        "disturbance_place",
-        "radio_place",
     ),  # blocks of components, one behind the other
     *(
         "code",

@@ -105,3 +105,19 @@ def test_a_wrong_plan_is_refused() -> None:
         LAYOUT.pack(SIZES, {("gian" if k == "gain" else k): v for k, v in given.items()})
     with pytest.raises(ValueError, match="dimensions missing or not known: n"):
         LAYOUT.pack({k: v for k, v in SIZES.items() if k != "n"}, given)
+
+
+def test_rows_of_several_arrays_may_be_written_in_whole_lanes() -> None:
+    """A kernel that writes the last row in lanes writes nothing of what follows."""
+
+    class Several(NamedTuple):
+        memory: Annotated[Array, "memories", "n", "p"]
+        after: Annotated[Array, 1]
+
+    layout = Layout(8.5, Known, Several, whole=("n",))
+    for memories in range(1, 5):
+        for n in range(1, 12):
+            sizes = SIZES | {"n": n, "memories": memories}
+            places = layout.places(sizes)
+            last = places["memory"][0] + (memories - 1) * 2 * n
+            assert last + -(-2 * n // WIDTH) * WIDTH <= places["after"][0]

@@ -7,8 +7,8 @@ import mujoco
 import numpy as np
 import pytest
 
+from escort_mj.components.mission import axis_names
 from escort_mj.monitor.signals import DEPTH, IMPULSE, PEAK_FORCE, TOUCH_TIME
-from escort_mj.signals import axis_names
 from escort_mj.world.callback import native_loop
 from escort_mj.world.model.build import World
 from escort_mj.world.plant import Plant

@@ -29,6 +29,8 @@ NEVER = 1e300
 class CustomState(Fields):
     """What plugins' components write, and what is kept for them."""
 
+    law_memory_rate: Annotated[Array, "memories", "n", "p", Value("1/s", "rates of `law_memory`")]
+    law_memory_time: Annotated[Array, 1, Value("s", "up to which it is integrated")]
     wish_direction: Annotated[Array, "p", Value("1", "what a behavior says of one robot")]
     wish_velocity: Annotated[Array, "p", Value("m/s", "likewise")]
     wish_error: Annotated[Array, 1, Value("m", "likewise")]
@@ -154,23 +156,24 @@ def custom_radio(question: int, plan: Plan, state: State) -> None:
 
 
 @on_demand
-def custom_disturbance(d: int, plan: Plan, state: State) -> None:
-    """Has a plugin's disturbance write its forces; where it fails, they are no numbers."""
-    n, p = state.q.shape
+def custom_sensor(s: int, question: int, plan: Plan, state: State) -> None:
+    """Asks a plugin's sensor along one axis; where it fails, what it shows is not a number."""
     plan_at, state_at = view_addresses(state)
-    block = data_address(plan.parameters) + DOUBLE * int(plan.disturbance_place[d])
+    block = data_address(plan.parameters) + DOUBLE * int(plan.own_sensor_place[s])
     function, status = _function(block), 1
     if function != 0:
-        status, _ = call_function(function, (block, block, plan_at, state_at))
+        status, _ = call_function(function, (block, block, plan_at, state_at, question))
     failed = status != 0 and status != NONE
     if failed:
-        note_failure(block, plan_at, state_at, -1)
-    for i in range(n):
-        for k in range(p):
-            if failed:
-                state.disturbance_force[i, k] = math.nan
-            elif not math.isfinite(state.disturbance_force[i, k]):
-                note_failure(block, plan_at, state_at, NO_NUMBER - i)
+        note_failure(block, plan_at, state_at, question)
+    for i in range(state.q.shape[0]):
+        total = state.sensor_shown[i]
+        for j in range(int(plan.own_memories[s])):
+            total += state.sensor_memory[j, i]
+        if failed:
+            state.sensor_shown[i] = math.nan
+        elif not math.isfinite(total):
+            note_failure(block, plan_at, state_at, NO_NUMBER - i)
 
 
 @inlined

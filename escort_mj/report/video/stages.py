@@ -10,8 +10,8 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from escort_mj.components.mission import axis_names
 from escort_mj.report.video.replay import Replay
-from escort_mj.signals import axis_names
 from escort_mj.world.stages import DIRECTIONS, IN_SPACE, SHADOW
 
 Array = NDArray[np.float64]

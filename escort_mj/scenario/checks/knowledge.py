@@ -15,6 +15,7 @@ from escort_mj.scenario.schema.knowledge import Knowledge, TargetSight
 from escort_mj.scenario.schema.scenario import Scenario
 
 MOST_ON_THEIR_WAY = 1000  # messages of one robot
+HEADLESS = "which has no heading; expected null, or kinds with a heading, such as diff_drive and quadrotor"
 MAX_LINKS = 64 * 2**20  # bytes of messages that are kept
 
 
@@ -114,13 +115,8 @@ def _headings(scenario: Scenario, path: Path, sight: TargetSight) -> Iterator[Fi
     headless = [robot for robot, kind in enumerate(kinds, 1) if not kind.has_heading]
     if wrong := [robot for robot in headless if sight.robots is None or robot in sight.robots]:
         kind = kinds[wrong[0] - 1].kind
-        words = f"found {sight.field_of_view:g} rad; robot {wrong[0]} is a {kind}, which has no heading"
-        yield Finding(
-            path,
-            f"{words}; expected null, or in knowledge.target.robots only kinds with a heading, "
-            "such as diff_drive, surface_vessel and quadrotor",
-            related=(("robots",),),
-        )
+        words = f"found {sight.field_of_view:g} rad; robot {wrong[0]} is a {kind}, {HEADLESS}"
+        yield Finding(path, words, related=(("robots",),))
 
 
 def _needs(knowledge: Knowledge, path: Path) -> Iterator[Finding]:

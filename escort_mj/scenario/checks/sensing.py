@@ -6,12 +6,13 @@ from collections.abc import Iterator
 
 from escort_mj.behaviors import AvoidObstacles, Surface
 from escort_mj.behaviors.avoid_obstacles import HEARD
-from escort_mj.scenario.checks.knowledge import whole_steps, whole_time
+from escort_mj.scenario.checks.knowledge import HEADLESS, whole_steps, whole_time
 from escort_mj.scenario.checks.mission import behaviors_of
 from escort_mj.scenario.findings import Finding, Path, key_path
-from escort_mj.scenario.geometry.placement import robot_count
+from escort_mj.scenario.geometry.placement import kinds_of, robot_count
 from escort_mj.scenario.schema.scenario import Scenario
 from escort_mj.scenario.schema.sensing import NAMES, RAYS
+from escort_mj.sensors import Plain
 
 MAX_PAST = 64 * 2**20  # bytes that delays may keep
 
@@ -19,7 +20,11 @@ MAX_PAST = 64 * 2**20  # bytes that delays may keep
 def check_biases(scenario: Scenario) -> Iterator[Finding]:
     """One number per axis."""
     for name, sensor in zip(NAMES, scenario.sensing.channels, strict=True):
-        if not isinstance(sensor.bias, float) and len(sensor.bias) != scenario.axes:
+        if (
+            isinstance(sensor, Plain)
+            and not isinstance(sensor.bias, float)
+            and len(sensor.bias) != scenario.axes
+        ):
             yield Finding(
                 ("sensing", name, "bias"),
                 f"found {len(sensor.bias)} numbers; expected {scenario.axes}, as axes says, or one radius",
@@ -30,6 +35,8 @@ def check_delays(scenario: Scenario) -> Iterator[Finding]:
     """A whole number of steps, less than the run, and no more than memory holds."""
     timestep, count = scenario.physics.timestep, robot_count(scenario)
     for number, (name, sensor) in enumerate(zip(NAMES, scenario.sensing.channels, strict=True)):
+        if not isinstance(sensor, Plain):
+            continue
         path: Path = ("sensing", name, "delay")
         steps = sensor.delay / timestep
         size = 8.0 * steps * scenario.axes * (count if number < 2 else 1)
@@ -46,6 +53,17 @@ def check_delays(scenario: Scenario) -> Iterator[Finding]:
             )
         else:
             yield from whole_time(scenario, path, sensor.delay)
+
+
+def check_headings(scenario: Scenario) -> Iterator[Finding]:
+    """Robots that measure their headings have one."""
+    if scenario.sensing.heading is None:
+        return
+    for robot, kind in enumerate(kinds_of(scenario), 1):
+        if not kind.has_heading:
+            words = f"found {scenario.sensing.heading.sensor}; robot {robot} is a {kind.kind}, {HEADLESS}"
+            yield Finding(("sensing", "heading"), words, related=(("robots",),))
+            return
 
 
 def check_lidar(scenario: Scenario) -> Iterator[Finding]:

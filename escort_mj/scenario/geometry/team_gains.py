@@ -9,7 +9,7 @@ from escort_mj.laws import Law
 from escort_mj.laws.gains import LAWS_WITH_A_RULE, Rate, Robot, gains_of, rate_of
 from escort_mj.scenario.geometry.placement import Placement, gravity_of, robot_count
 from escort_mj.scenario.geometry.placement import team as placed
-from escort_mj.scenario.schema.scenario import Scenario, Uncertainty
+from escort_mj.scenario.schema.scenario import Scenario
 
 STEPS = 1.5  # delay of a controller that samples, in steps: it holds its force for one
 
@@ -74,7 +74,7 @@ def _robot(scenario: Scenario, robots: Placement, index: int) -> Robot | None:
     kind, mass, radius = robots.kind[index], float(robots.mass[index]), float(robots.radius[index])
     sensing, step = scenario.sensing, scenario.physics.timestep
     delay = STEPS * step + robots.actuators[index].lag
-    delay += max(sensing.position.delay, sensing.velocity.delay)
+    delay += max(sensing.position.late, sensing.velocity.late)
     limit, effective = float(robots.force_limit[index]), kind.effective_mass(mass)
     gravity = gravity_of(scenario)
     craft = kind.craft(mass, radius, gravity, robots.height)
@@ -89,8 +89,7 @@ def _robot(scenario: Scenario, robots: Placement, index: int) -> Robot | None:
     if craft is not None:
         loops = (craft.damping_x, craft.stiffness_x), (craft.damping_y, craft.stiffness_y)
         delay += max((damping / stiffness for damping, stiffness in loops if stiffness > 0.0), default=0.0)
-    per_axis = 1.0 / math.sqrt(scenario.axes + 2.0)  # of a ball's radius, from which errors are drawn
-    noise, speed_noise = sensing.position.noise * per_axis, sensing.velocity.noise * per_axis
+    noise, speed_noise = (each.deviation(scenario.axes) for each in (sensing.position, sensing.velocity))
     most = scenario.mission.max_speed or math.inf
-    disturbed = scenario.uncertainty != Uncertainty() or not kind.flies
+    disturbed = scenario.uncertainty.disturbance is not None or not kind.flies
     return Robot(effective, delay, limit, noise, speed_noise, most, kind.swing(gravity), disturbed)

@@ -11,10 +11,8 @@ from pydantic import ValidationError
 from pydantic_core import PydanticUndefined
 
 from escort_mj.behaviors.behavior import Behavior
-from escort_mj.components.component import Compiled, Component
+from escort_mj.components.component import Compiled, Component, kind_of
 from escort_mj.components.equations import Equations
-from escort_mj.components.parameters import kind_of
-from escort_mj.disturbances import Disturbance
 from escort_mj.errors import PluginError
 from escort_mj.estimators import Estimator
 from escort_mj.expectations.expectation import Expectation
@@ -25,6 +23,7 @@ from escort_mj.policies import Policy
 from escort_mj.radios import Radio
 from escort_mj.robots import RobotKind
 from escort_mj.scenario.findings import did_you_mean, listed
+from escort_mj.sensors import QUANTITIES, Sensor
 
 NAME = re.compile(r"[a-z][a-z0-9_]{0,39}\Z")
 COMPONENTS: dict[type[Component], tuple[str, list[str]]] = {
@@ -33,7 +32,7 @@ COMPONENTS: dict[type[Component], tuple[str, list[str]]] = {
     Policy: ("policy", ["self", "view", "body"]),
     Estimator: ("estimator", ["self", "view", "robot"]),
     Radio: ("radio", ["self", "r"]),
-    Disturbance: ("disturbance", ["self", "r"]),
+    Sensor: ("sensor", ["self", "r"]),
 }
 """Key of the name, and what the method is called with."""
 
@@ -52,7 +51,6 @@ def check_shape(model: type[Any], source: str) -> None:
     fields = getattr(model, "model_fields", {})
     if hidden := [key for key, field in fields.items() if hasattr(type(field.default), "__get__")]:
         raise PluginError(f"{place}: {hidden[0]} is a key that it inherits; choose another name")
-    _check_settings(model, place)
     if issubclass(model, Component):
         check_name(model, _called(model)[0], place)
         _check_old(model, place)
@@ -71,16 +69,8 @@ def check_shape(model: type[Any], source: str) -> None:
         check_defaults(model, place)
     if issubclass(model, Estimator):
         _check_estimator(model, place)
-
-
-def _check_settings(model: type[Any], place: str) -> None:
-    """What it says of itself in place of a base class is a flag where that has one, and a text likewise."""
-    for name, value in vars(model).items():
-        of_base = next((vars(base)[name] for base in model.__mro__[1:] if name in vars(base)), None)
-        for kind, words in ((bool, "True or False"), (str, "a text")):
-            if type(of_base) is kind and not isinstance(value, kind) and not name.startswith("_"):
-                found = f"found {name} = {value!r:.80}{_line_of(model, name)}"
-                raise PluginError(f"{place}: {found}; expected {words}")
+    if issubclass(model, Sensor):
+        _check_sensor(model, place)
 
 
 def _check_estimator(model: type[Estimator], place: str) -> None:
@@ -95,6 +85,15 @@ def _check_estimator(model: type[Estimator], place: str) -> None:
         model.model_validate({})
     except ValidationError as error:
         raise PluginError(f"{place}: {error.errors()[0]['msg'].removeprefix('Value error, ')}") from None
+
+
+def _check_sensor(model: type[Sensor], place: str) -> None:
+    """It says what it measures."""
+    found: Any = model.measures
+    if not isinstance(found, tuple) or not found or not {*found} <= {*QUANTITIES}:
+        raise PluginError(
+            f'{place}: found measures = {found!r}; expected {listed([*QUANTITIES])}, as in ("heading",)'
+        )
 
 
 def check_metric(metric: Metric, source: str) -> None:
@@ -160,10 +159,6 @@ def _check_equations(model: type[Equations], place: str) -> None:
     if getattr(model, model.method) is getattr(base, model.method):
         raise PluginError(f"{place}: has no {model.method}(self, r){did_you_mean(model.method, own)}")
     for memory in model.memories():
-        if not all(isinstance(part, str) and part.strip() for part in getattr(model, memory)):
-            found = f"{memory} = {getattr(model, memory)!r:.80}{_line_of(model, memory)}"
-            words = 'its unit and its meaning in words, as in Memory("N", "disturbance")'
-            raise PluginError(f"{place}: found {found}; expected {words}")
         if not hasattr(model, name := memory + model.moves):
             words = f"{memory}{_line_of(model, memory)} has no {name}(self, r)"
             raise PluginError(f"{place}: {words}{did_you_mean(name, own)}")
@@ -171,7 +166,7 @@ def _check_equations(model: type[Equations], place: str) -> None:
     for name in own:
         if name.endswith(model.moves) and name not in moved:
             memory = f'{name.removesuffix(model.moves)}: ClassVar[Memory] = Memory("unit", "meaning")'
-            verb = "integrates" if issubclass(model, Law | Disturbance) else "keeps"
+            verb = "integrates" if issubclass(model, Law) else "keeps"
             words = f"nothing {verb} {name}{_line(vars(model)[name])}; expected the line  {memory}"
             raise PluginError(f"{place}: {words}{did_you_mean(name, moved)}")
     known = {name for name, _ in model.reads}

@@ -27,7 +27,6 @@ from pydantic import ValidationError
 from escort_mj import stopping
 from escort_mj.behaviors.behavior import Behavior
 from escort_mj.components.component import Component
-from escort_mj.disturbances import Disturbance
 from escort_mj.errors import PluginError
 from escort_mj.estimators import Estimator
 from escort_mj.expectations.expectation import Expectation
@@ -41,6 +40,7 @@ from escort_mj.scenario.findings import did_you_mean, listed
 from escort_mj.scenario.reader.kind_calls import guard
 from escort_mj.scenario.reader.plugin_shape import COMPONENTS, check_metric, check_shape
 from escort_mj.scenario.schema.plugin_source import PluginSource
+from escort_mj.sensors import Sensor
 
 GROUP = "escort_mj.plugins"
 """Group of the entry points of installed plugins."""
@@ -81,10 +81,7 @@ class Plugin:
         ]
 
 
-BASES: tuple[type[Any], ...] = (
-    *(Law, Behavior, Policy, Estimator, Radio, Disturbance),
-    *(RobotKind, Expectation),
-)
+BASES: tuple[type[Any], ...] = (Law, Behavior, Policy, Estimator, Radio, Sensor, RobotKind, Expectation)
 """What members of a plugin derive from, beside functions that are metrics."""
 
 METHODS = (

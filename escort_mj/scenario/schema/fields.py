@@ -15,8 +15,6 @@ from escort_mj.behaviors.wish import MAX_LEVELS
 from escort_mj.components.parameters import TEXT
 from escort_mj.control.outer_loops import OUTER_LOOPS
 from escort_mj.control.outer_loops import OuterLoop as OuterLoopParameters
-from escort_mj.disturbances import DISTURBANCES
-from escort_mj.disturbances import Disturbance as AnyDisturbance
 from escort_mj.laws import LAWS
 from escort_mj.laws import Law as AnyLaw
 from escort_mj.policies import POLICIES
@@ -50,14 +48,11 @@ Component = Annotated[
 ]
 """A number, or an expression in the time `t` [s], such as `"3 + 0.1*t"`."""
 
-_UNSEEN = r"\x00-\x1f\x7f-\x9f\u061c\u200b\u200e\u200f\u2028-\u202e\u2060-\u2069\ufeff"  # or turns text
-RUN_NAME = rf"^[^{_UNSEEN} /\\.][^{_UNSEEN}/\\]{{0,79}}$"
-LABEL = rf"^[^{_UNSEEN}]{{1,200}}$"
+RUN_NAME = r"^[^\x00-\x20\x7f/\\.][^\x00-\x1f\x7f/\\]{0,79}$"
 BODY_NAME = r"^[A-Za-z0-9_\-]{1,40}$"
 PATTERNS = {
     TEXT: "text without control characters",
-    RUN_NAME: "1 to 80 visible characters without / and \\, not beginning with a dot or space",
-    LABEL: "1 to 200 visible characters",
+    RUN_NAME: "1 to 80 characters without / and \\, not beginning with a dot or space",
     BODY_NAME: "1 to 40 letters, digits, _ and -",
 }
 
@@ -94,13 +89,11 @@ def one_of_kinds(models: Sequence[type[BaseModel]], key: str, default: str | Non
 
 if TYPE_CHECKING:
     Behavior: TypeAlias = AnyBehavior
-    Disturbance: TypeAlias = AnyDisturbance
     Law: TypeAlias = AnyLaw
     OuterLoop: TypeAlias = OuterLoopParameters
     Policy: TypeAlias = AnyPolicy
 else:
     Behavior = one_of_kinds(BEHAVIORS, "behavior")
-    Disturbance = one_of_kinds(DISTURBANCES, "disturbance")
     Law = one_of_kinds(LAWS, "law", "apd_smc")
     OuterLoop = one_of_kinds(OUTER_LOOPS, "loop", "set_based")
     Policy = one_of_kinds(POLICIES, "policy")

@@ -1,60 +1,45 @@
 """The table `sensing`: what robots measure, how well, and how far they see (docs/sensing.md)."""
 
-from typing import Annotated, Any
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field, NonNegativeFloat, PlainValidator, PositiveFloat, TypeAdapter, WithJsonSchema
-from pydantic_core import PydanticCustomError
+from pydantic import Field, NonNegativeFloat, PositiveFloat
 
-from escort_mj.components.parameters import Parameters, Radius, Vector
+from escort_mj.components.parameters import Parameters, Radius
+from escort_mj.scenario.schema.fields import one_of_kinds
 from escort_mj.scenario.schema.knowledge import steps_of
 from escort_mj.sensing.lidar import LidarSensor as LidarRays
 from escort_mj.sensing.lidar import even_rays
 from escort_mj.sensing.sensors import Channel, Sensors
+from escort_mj.sensors import QUANTITIES, SENSORS, Plain, Sensor
 
 Array = NDArray[np.float64]
 
 NAMES = ("position", "velocity", "target_position", "target_velocity")
 RAYS = {2: 72, 3: 500}
 """Rays of a lidar by the number of axes, if nothing else is said."""
-LARGEST = 1e6  # bias [m or m/s]
-_vector = TypeAdapter(Vector)
 
 
-def _bias(value: Any) -> float | tuple[float, ...]:
-    """A radius, or one number per axis."""
-    items = value if isinstance(value, list | tuple) else [value]
-    least = -LARGEST if items is value else 0.0
-    for item in items:
-        if isinstance(item, bool) or not isinstance(item, int | float) or not least <= item <= LARGEST:
-            raise PydanticCustomError("bias_type", "a radius or a list of numbers")
-    numbers = tuple(float(item) for item in items)
-    return numbers if items is value else numbers[0]
+def sensor_of(quantity: str, members: Sequence[type[Sensor]]) -> Any:
+    """Return the type of what measures a quantity: one of the sensors that can."""
+    fitting = [member for member in members if quantity in member.measures]
+    if quantity == "heading":
+        return one_of_kinds(fitting, "sensor") | None if fitting else None
+    return one_of_kinds(fitting, "sensor", "plain")
 
 
-Bias = Annotated[
-    float | Vector,
-    PlainValidator(_bias),
-    WithJsonSchema({"anyOf": [{"type": "number", "minimum": 0}, _vector.json_schema()]}),
-]
-"""A constant error: the radius of a ball to draw it from, or the error itself."""
-
-
-class Sensor(Parameters):
-    """Errors in the measurement of one quantity."""
-
-    noise: NonNegativeFloat = 0.0
-    """Radius of the ball from which an error is drawn uniformly at every step [m or m/s]."""
-    bias: Bias = 0.0
-    """Constant error [m or m/s]: one number per axis, the same for all robots, or the radius of the ball from
-    which an error is drawn uniformly for each robot."""
-    delay: NonNegativeFloat = 0.0
-    """Delay of the measurement [s], a whole number of physics steps."""
-    dropout: Annotated[float, Field(ge=0.0, lt=1.0)] = 0.0
-    """Probability per step that the measurement is lost and the previous value is kept [1]."""
-    resolution: Annotated[float, Field(ge=1e-9, le=1e6)] | None = None
-    """Resolution to which values are rounded [m or m/s]; null: no rounding."""
+if TYPE_CHECKING:
+    OfPosition: TypeAlias = Sensor
+    OfVelocity: TypeAlias = Sensor
+    OfTargetPosition: TypeAlias = Sensor
+    OfTargetVelocity: TypeAlias = Sensor
+    OfHeading: TypeAlias = Sensor | None
+else:
+    OfPosition, OfVelocity, OfTargetPosition, OfTargetVelocity, OfHeading = (
+        sensor_of(quantity, SENSORS) for quantity in QUANTITIES
+    )
 
 
 class SensingRadius(Parameters):
@@ -85,14 +70,17 @@ class Lidar(Parameters):
 class Sensing(Parameters):
     """Sensors; quantities that a scenario does not list here are measured without error."""
 
-    position: Sensor = Sensor()
+    position: OfPosition = Plain()
     """The robots' own positions [m]."""
-    velocity: Sensor = Sensor()
+    velocity: OfVelocity = Plain()
     """The robots' own velocities [m/s]."""
-    target_position: Sensor = Sensor()
+    target_position: OfTargetPosition = Plain()
     """The target's position [m], measured once for the whole team."""
-    target_velocity: Sensor = Sensor()
+    target_velocity: OfTargetVelocity = Plain()
     """The target's velocity [m/s], measured once for the whole team."""
+    heading: OfHeading = None
+    """The robots' own headings in the plane of the first two axes [rad], which are only recorded; null: not
+    measured."""
     radius: SensingRadius = SensingRadius()
     """Range at which robots detect obstacles and each other."""
     lidar: Lidar | None = None
@@ -103,6 +91,12 @@ class Sensing(Parameters):
     def channels(self) -> tuple[Sensor, Sensor, Sensor, Sensor]:
         """The sensors in the order of NAMES."""
         return self.position, self.velocity, self.target_position, self.target_velocity
+
+    @property
+    def own(self) -> dict[str, Sensor]:
+        """The sensors that are not plain, by what they measure."""
+        found = {name: getattr(self, name) for name in QUANTITIES}
+        return {name: sensor for name, sensor in found.items() if not isinstance(sensor, Plain | None)}
 
 
 def sensors(sensing: Sensing, timestep: float, seed: int, count: int, axes: int) -> Sensors:
@@ -123,6 +117,8 @@ def sensors(sensing: Sensing, timestep: float, seed: int, count: int, axes: int)
             sensor.dropout,
             sensor.resolution or 0.0,
         )
+        if isinstance(sensor, Plain)
+        else Channel(own=sensor)
         for number, (sensor, bodies) in enumerate(zip(sensing.channels, (count, count, 1, 1), strict=True))
     )
     sight, lidar = sensing.radius, sensing.lidar
@@ -134,6 +130,7 @@ def sensors(sensing: Sensing, timestep: float, seed: int, count: int, axes: int)
         np.inf if sight.robots is None else sight.robots,
         np.inf if sight.obstacles is None else sight.obstacles,
         None if lidar is None else _lidar(lidar, timestep, axes),
+        sensing.heading,
     )
 
 
@@ -148,7 +145,7 @@ def ray_count(lidar: Lidar, axes: int) -> int:
     return lidar.rays or RAYS[2 if axes == 2 else 3]
 
 
-def _biases(sensor: Sensor, seed: int, number: int, bodies: int, axes: int) -> Array | None:
+def _biases(sensor: Plain, seed: int, number: int, bodies: int, axes: int) -> Array | None:
     """Constant errors of a channel, shape (bodies, axes); None where there are none.
 
     Drawn in the cube around the ball and kept if inside: plain arithmetic, equal bits everywhere.

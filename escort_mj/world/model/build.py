@@ -32,7 +32,7 @@ from escort_mj.scenario.geometry.shapes import extent
 from escort_mj.scenario.geometry.steps import Schedule, schedule_of
 from escort_mj.scenario.schema.scenario import Scenario
 from escort_mj.scenario.setup import controller_setup
-from escort_mj.sensing.sensors import Sensors
+from escort_mj.sensing.sensors import Sensors, readings_of
 from escort_mj.signals import SEVERAL, channel_sizes, record_size, truth_sizes
 from escort_mj.world.loop.addresses import faces_of, thickness
 from escort_mj.world.model.cameras import add_cameras
@@ -220,7 +220,7 @@ def _draft(
     setup = controller_setup(scenario, robots, seen and seen.target)
     setup = replace(setup, outside=outside, opponents_outside=opponents_outside)
     if seen is not None:  # what was logged has been measured, and pushed, by reality
-        setup = replace(setup, sensing=Sensors(), trigger=None, sight=None, radio=None).undisturbed()
+        setup = replace(setup, sensing=Sensors(), disturbance=None, trigger=None, sight=None, radio=None)
     obstacles = obstacles_of(scenario)
     stages = _stages(scenario, setup, robots, obstacles)
     bodies = bodies_of(scenario)
@@ -242,7 +242,7 @@ def _draft(
     sizes |= channel_sizes(
         setup.driven, setup.headed, setup.informed, scenario.axes, slots, rays, len(setup.opponents),
         len(setup.teams), len(setup.movers), resized=bool(setup.radii), watches=len(watches),
-        memories=len(setup.memory),
+        memories=len(setup.law.memories()), readings=len(readings_of(setup.sensing.own, setup.axes)),
     )  # fmt: skip
     schedule = schedule_of(scenario, seen.edges if seen is not None else ())
     return Draft(scenario, robots, setup, obstacles, stages, bodies, schedule, sizes, watches)

@@ -11,12 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj import palette
+from escort_mj.components.mission import axis_names
 from escort_mj.errors import PluginError
 from escort_mj.mjcf import child_named, copied, names_in_copy, section, set_attributes
 from escort_mj.robots.kind import FREE_COORDINATES, Motor, RobotKind
 from escort_mj.robots.modeled import ModeledKind
 from escort_mj.scenario.geometry.placement import Placement
-from escort_mj.signals import axis_names
 from escort_mj.world.model.parts import part_of
 from escort_mj.world.model.robot.placing import add_model, start_model
 from escort_mj.world.stages import IN_SPACE, THIN, Stage, robot_steps
