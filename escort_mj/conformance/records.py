@@ -143,7 +143,7 @@ def check_judgments(demand: Expectation) -> Iterator[CheckResult]:
     for name, trace in recordings().items():
         try:
             with calling(kind.judge):
-                found, again = (checked(demand.judge_run(trace, Outcome.COMPLETED)) for _ in range(2))
+                found, again = (checked(demand.judge_run(trace, Outcome.COMPLETED), trace) for _ in range(2))
         except PluginCallError as error:
             yield CheckResult("judges", False, f"{name}: {error}")
             return
