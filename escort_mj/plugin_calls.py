@@ -96,6 +96,17 @@ class _Call:
 
 
 _calls: dict[int, _Call] = {}  # by thread
+_late = threading.local()  # .words: of functions that took too long, by their code
+
+
+@contextmanager
+def waiting_once() -> Iterator[None]:
+    """Call within no function again that took too long, but raise its error at once; a context manager."""
+    _late.words = {}
+    try:
+        yield
+    finally:
+        del _late.words
 
 
 def is_plugins(function: Callable[..., Any]) -> bool:
@@ -126,8 +137,11 @@ def calling(function: Callable[..., Any]) -> Iterator[None]:
         NotLoggedError: If a log of real robots does not contain what is asked for.
         KeyboardInterrupt: If a user interrupts it.
     """
+    late: dict[Any, str] = getattr(_late, "words", {})
     try:
         if is_plugins(function):
+            if words := late.get(function.__code__):
+                raise PluginCallError(words)
             with confined(function.__code__.co_filename, function):
                 yield
         else:
@@ -137,7 +151,10 @@ def calling(function: Callable[..., Any]) -> Iterator[None]:
     except BaseException as error:  # `SystemExit` would end the program as if all were well
         if isinstance(error, KeyboardInterrupt) and stopping.is_users():
             raise
-        raise PluginCallError(place_of(error, function)) from error
+        words = place_of(error, function)
+        if supervised.too_long() in words:
+            late[function.__code__] = words
+        raise PluginCallError(words) from error
 
 
 @contextmanager

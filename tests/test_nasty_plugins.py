@@ -4,6 +4,7 @@ import json
 import os
 import subprocess
 import sys
+import time
 import xml.etree.ElementTree as ElementTree
 
 import pytest
@@ -103,11 +104,11 @@ CHANGES = {
 """What is found after the call."""
 
 
-def run(folder, kind, body, *command):
+def run(folder, kind, body, *command, timeout="1"):
     (folder / f"{kind}.py").write_text(HEAD + KINDS[kind].replace("BODY", body))
     (folder / f"{kind}.yaml").write_text(SCENARIO.replace("KIND", kind) + USES[kind] + "\n")
     command = command or ("run", f"{kind}.yaml", "--no-video", "--no-figures", "--json")
-    environment = os.environ | {"ESCORT_MJ_PLUGIN_TIMEOUT": "1"}
+    environment = os.environ | {"ESCORT_MJ_PLUGIN_TIMEOUT": timeout}
     return subprocess.run(
         [sys.executable, "-m", "escort_mj", *command],
         cwd=folder, env=environment, capture_output=True, text=True, timeout=240, check=False,
@@ -125,6 +126,16 @@ def check(found, folder, kind, words, code):
 def test_what_machine_code_ends_is_told(tmp_path):
     found = run(tmp_path, "metric", BODIES["exits below Python"][0])
     check(found, tmp_path, "metric", "exit code 0", 3)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", ["metric", "expectation"])
+def test_what_loops_without_end_is_waited_for_once(tmp_path, kind):
+    """A minute by default, though a metric is measured and judged, and a failed run is judged again."""
+    begun = time.monotonic()
+    found = run(tmp_path, kind, "while True: pass", timeout="60")
+    check(found, tmp_path, kind, "takes longer than 60 s", 3)
+    assert 60.0 < time.monotonic() - begun < 100.0
 
 
 @pytest.mark.slow

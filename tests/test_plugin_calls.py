@@ -16,6 +16,7 @@ from escort_mj.metrics.measure import Measure
 from escort_mj.metrics.metric import metric, metric_of
 from escort_mj.record.outcome import Outcome
 from escort_mj.scenario.reader.plugins import load_plugin, source_of
+from escort_mj.world.model.build import build
 from tests.expectations.traces import watched
 from tests.plugged import METRIC
 
@@ -75,6 +76,8 @@ class TestMetrics:
             (Measure("x"), "value: found str"),
             (Measure(float("nan")), "value: found nan"),
             (Measure(1.0, math.inf), "time: found inf; expected a finite number"),
+            (Measure(1.0, -5.0), "time: found -5 s; expected a time of the run, from 0 to"),
+            (Measure(1.0, 1e9), "time: found 1e+09 s; expected a time of the run"),
             (Measure(1.0, None, 5), "bodies: found int"),
             (Measure(1.0, None, "robot_1"), "bodies: found str"),
             (Measure(None, reason=5), "reason: found int"),
@@ -124,7 +127,10 @@ class TestExpectations:
             (Judgment(False, "w", near_miss=True), "near_miss is True"),
             (Judgment(True, "w", bodies=5), "bodies: found int"),
             (Judgment(True, "w", time=float("nan")), "time: found nan"),
+            (Judgment(True, "w", time=-5.0), "time: found -5 s; expected a time of the run, from 0 to"),
+            (Judgment(True, "w", time=1e9), "time: found 1e+09 s; expected a time of the run"),
             (Judgment(True, "w", skip=None), "skip: found NoneType"),
+            (Judgment(True, "w", skip="no mood"), "skip: found 'no mood'; expected none: a scenario says"),
             (SystemExit(0), "SystemExit: 0"),
         ],
         ids=repr,
@@ -173,7 +179,7 @@ class Own(RobotKind):
             ("print('x')", "own.py:8: a plugin must not do this: it prints to standard output"),
             ("return 'x'", "coordinates returned 'x'; expected a whole number"),
             ("return -1", "coordinates returned -1; expected a whole number"),
-            ("return self.coordinates(axes)", "own.py:8: RecursionError"),
+            ("return self.coordinates(axes)", "RecursionError: maximum recursion depth"),
         ],
     )
     def test_wherever_it_is_called(self, tmp_path, body, words):
@@ -181,6 +187,16 @@ class Own(RobotKind):
         scenario = {"plugins": [str(tmp_path / "own.py")], "robots": {"count": 2, "kind": "own"}}
         with pytest.raises(PluginError, match=re.escape(words)):
             load_scenario(scenario)
+
+    def test_mjcf_that_cannot_be_read_is_told_with_its_file(self, tmp_path):
+        (tmp_path / "own.py").write_text(
+            self.TEXT.replace("<mujoco/>", "<mujoco>").replace("BODY", "return 0")
+        )
+        scenario = {"plugins": [str(tmp_path / "own.py")], "robots": {"count": 2, "kind": "own"}}
+        with pytest.raises(
+            PluginError, match=rf"^{tmp_path}/own.py: the kind own: its MJCF cannot be read: "
+        ):
+            build(load_scenario(scenario))
 
 
 @pytest.mark.parametrize("line", ["builtins.len = lambda x: 0", "del builtins.print", "builtins.open = 3"])

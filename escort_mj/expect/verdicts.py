@@ -181,7 +181,7 @@ def _judged(expectation: Expectation, trace: Recorded, outcome: Outcome) -> tupl
         with calling(function):
             demanded = expectation.demanded + expectation.when
             shown = lent(trace) if is_plugins(function) else trace
-            found = checked(expectation.judge_run(shown, outcome))
+            found = checked(expectation.judge_run(shown, outcome), trace)
             return demanded, _as_logged(expectation, found, trace), False
     except NotLoggedError as error:
         return demanded, not_judged(str(error)), False

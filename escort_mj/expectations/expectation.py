@@ -9,9 +9,9 @@ from pydantic import Field, NonNegativeFloat, PositiveFloat
 
 from escort_mj.components.parameters import TEXT, Parameters
 from escort_mj.measuring import EMPTY
-from escort_mj.metrics.metric import names, number, text
+from escort_mj.metrics.metric import moment_in, names, number, text
 from escort_mj.metrics.watching import Watch
-from escort_mj.record.recording import Recorded, sealed
+from escort_mj.record.recording import Recorded, is_log, sealed
 from escort_mj.record.team import of_team
 from escort_mj.record.window import end_of, when, window
 
@@ -34,7 +34,7 @@ class Judgment(NamedTuple):
         bodies: Names of the bodies that had it, such as `robot_1`.
         margin: Distance from the bound, negative beyond it.
         near_miss: It held, but barely.
-        skip: Why it cannot be judged; empty where it was.
+        skip: What a log lacks to judge it; empty where it was judged, as every run is.
         unknown: There was nothing to judge, such as no value. It does not hold; neither is it a failure that
             `xfail` can expect.
     """
@@ -51,12 +51,13 @@ class Judgment(NamedTuple):
     unknown: bool = False
 
 
-def checked(found: Any) -> Judgment:
-    """Return what a plugin judged, if it is a judgment that agrees with itself.
+def checked(found: Any, trace: Recorded) -> Judgment:
+    """Return what was judged of a trace, if it is a judgment that agrees with itself.
 
     Raises:
         TypeError: If it, or a part of it, is of another kind.
-        ValueError: If a number is none, or the margin's sign says something else than `held`.
+        ValueError: If a number is none, the time none of the run, the margin's sign says something else than
+            `held`, or a run was not judged, of which all is known.
     """
     if not isinstance(found, Judgment):
         raise TypeError(f"judge returned {type(found).__name__}; expected a Judgment")
@@ -69,7 +70,7 @@ def checked(found: Any) -> Judgment:
         text(found.words, "words"),
         None if found.value is None else number(found.value, "value"),
         text(found.unit, "unit"),
-        None if found.time is None else number(found.time, "time", finite=True),
+        None if found.time is None else moment_in(found.time, trace),
         names(found.bodies),
         None if found.margin is None else number(found.margin, "margin"),
         bool(found.near_miss),
@@ -81,6 +82,11 @@ def checked(found: Any) -> Judgment:
     if judged.margin is not None and judged.held != (judged.margin >= 0.0):
         raise ValueError(
             f"held is {judged.held} and the margin {judged.margin:g}: negative is what did not hold"
+        )
+    if judged.skip and not is_log(trace):
+        raise ValueError(
+            f"skip: found {judged.skip!r:.80}; expected none: a scenario says what is skipped, "
+            "and unknown=True that there was nothing to judge"
         )
     if judged.unknown and judged.held:
         raise ValueError("unknown and held are True: nothing that was not judged held")

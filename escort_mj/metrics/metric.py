@@ -16,7 +16,7 @@ from escort_mj.metrics.measure import Bodies, Measure
 from escort_mj.metrics.watching import Watch
 from escort_mj.plugin_calls import calling, is_plugins
 from escort_mj.record.recording import Recorded, lent, sealed
-from escort_mj.record.window import OVERS, Over, Span
+from escort_mj.record.window import OVERS, Over, Span, end_of, rate_of
 
 F = TypeVar("F", bound=Callable[..., Any])
 _MARK = "__escort_mj_metric__"
@@ -45,6 +45,19 @@ def number(value: Any, what: str, finite: bool = False) -> float:
     found = float(array)
     if math.isnan(found) or (finite and math.isinf(found)):
         raise ValueError(f"{what}: found {found:g}; expected a {'finite ' * finite}number")
+    return found
+
+
+def moment_in(value: Any, trace: Recorded) -> float:
+    """Return a time of a run that a plugin gave [s].
+
+    Raises:
+        TypeError: If it is no number.
+        ValueError: If it is none, or the run was not under way then.
+    """
+    found, end, rate = number(value, "time", finite=True), end_of(trace), rate_of(trace)
+    if found < 0.0 or (rate is not None and found > end + 1.0 / rate):
+        raise ValueError(f"time: found {found:g} s; expected a time of the run, from 0 to {end:g} s")
     return found
 
 
@@ -143,14 +156,14 @@ class Metric(NamedTuple):
         try:
             with calling(self.function):
                 shown = lent(trace) if is_plugins(self.function) else sealed(trace)
-                return self._checked(self.function(shown))
+                return self._checked(self.function(shown), trace)
         except NotLoggedError as error:
             return Measure(None, reason=str(error), unlogged=True)
         except PluginCallError as error:
             return Measure(None, reason=str(error), broken=True)
 
-    def _checked(self, found: Any) -> Measure:
-        """What its function returned as a measure.
+    def _checked(self, found: Any, trace: Recorded) -> Measure:
+        """What its function returned as a measure of a trace.
 
         Raises:
             TypeError: If it is of another kind.
@@ -164,7 +177,7 @@ class Metric(NamedTuple):
             found = Measure(number(found, "the metric"))
         found = Measure(
             None if found.value is None else number(found.value, "value"),
-            None if found.time is None else number(found.time, "time", finite=True),
+            None if found.time is None else moment_in(found.time, trace),
             names(found.bodies),
             text(found.reason, "reason") or ("" if found.value is not None else f"{self.name} has no value"),
             bool(found.broken),

@@ -18,6 +18,7 @@ from escort_mj.measuring import measures_of, summarize
 from escort_mj.metrics.measure import Measure
 from escort_mj.monitor.signals import START
 from escort_mj.native.on_demand import waited
+from escort_mj.plugin_calls import waiting_once
 from escort_mj.record.outcome import Outcome
 from escort_mj.record.recording import NONE, Recording, Variable, record
 from escort_mj.record.stored import ASSETS
@@ -207,13 +208,14 @@ def sum_up(scenario: Scenario, recording: Recording, outcome: Outcome, message: 
     steps = round(float(times[-1]) / scenario.physics.timestep) + 1 if len(times) else 0
     known = catalog_of(scenario).metrics
     wanted = {one.subject for one in scenario.expect}
-    measures = measures_of(recording, known, wanted)
-    verdicts = judge(scenario.expect, recording, outcome)
-    errors = [found.reason for found in measures.values() if found.broken]
-    errors += [verdict.found for verdict in verdicts if verdict.broken]
-    if errors and outcome is Outcome.COMPLETED:
-        outcome, message = Outcome.FAILED, f"a plugin raised an error after the run: {errors[0]}"
+    with waiting_once():
+        measures = measures_of(recording, known, wanted)
         verdicts = judge(scenario.expect, recording, outcome)
+        errors = [found.reason for found in measures.values() if found.broken]
+        errors += [verdict.found for verdict in verdicts if verdict.broken]
+        if errors and outcome is Outcome.COMPLETED:
+            outcome, message = Outcome.FAILED, f"a plugin raised an error after the run: {errors[0]}"
+            verdicts = judge(scenario.expect, recording, outcome)
     if outcome is Outcome.COMPLETED and measures["stuck"].bodies:
         message += f"; {measures['stuck'].manner}"
     metrics = summarize(measures, recording, outcome, steps=steps, wall_time=wall, metrics=known)

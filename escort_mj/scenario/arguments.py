@@ -28,6 +28,7 @@ from escort_mj.scenario.findings import did_you_mean, shortened, shown
 Array = NDArray[np.float64]
 P = ParamSpec("P")
 T = TypeVar("T")
+MOST = 1e10  # m, m/s, N, kg, ...: beyond, doubles tell no micrometers apart, and squares of sums overflow
 FEW = 100  # numbers that Python adds faster than NumPy looks at them
 
 
@@ -148,20 +149,20 @@ def whole_number(
 def numbers(
     value: ArrayLike, name: str, shape: tuple[int, ...], what: str, *, unknown: bool = False
 ) -> Array:
-    """Return a copy of what was given as an array of finite real numbers.
+    """Return a copy of what was given as an array of real numbers within -MOST and MOST.
 
     Args:
         value: As given.
         name: Of the argument.
         shape: That it must have.
         what: The numbers in words, with their unit.
-        unknown: Whether numbers may be missing: NaN, infinite or masked; they are NaN in the result.
+        unknown: Whether numbers may be missing: NaN, beyond MOST or masked; they are NaN in the result.
 
     Raises:
         UsageError: If it is anything else: other shapes, texts, flags, complex numbers, masked or missing
             ones.
     """
-    if type(value) is np.ndarray and value.dtype.char == "d" and value.shape == shape and is_finite(value):
+    if type(value) is np.ndarray and value.dtype.char == "d" and value.shape == shape and _is_within(value):
         return value.copy()  # at once what a control loop gives
     found = _real_array(value)
     if found is None:
@@ -172,13 +173,21 @@ def numbers(
         if not unknown:
             raise UsageError(f"{name}: found masked numbers; expected {what}, shape {shape}")
         found[np.ma.getmaskarray(value)] = np.nan
-    if not is_finite(found):
+    if not _is_within(found):
+        beyond = ~(np.abs(found) <= MOST)
         if unknown:
-            found[~np.isfinite(found)] = np.nan
-            return found
-        place = [int(index) for index in np.argwhere(~np.isfinite(found))[0]]
-        raise UsageError(f"{name}: found {found[tuple(place)]} at {place}; every number must be finite")
+            found[beyond] = np.nan
+        elif beyond.any():
+            place = [int(index) for index in np.argwhere(beyond)[0]]
+            wrong = found[tuple(place)]
+            allowed = f"between {-MOST:g} and {MOST:g}" if np.isfinite(wrong) else "finite"
+            raise UsageError(f"{name}: found {wrong} at {place}; every number must be {allowed}")
     return found
+
+
+def _is_within(array: Array) -> bool:
+    """Whether all numbers are surely within -MOST and MOST; one product tells."""
+    return bool(np.vdot(array, array) <= MOST * MOST)
 
 
 def is_finite(array: Array) -> bool:

@@ -14,6 +14,7 @@ from escort_mj.control import signals as control
 from escort_mj.control.custom import native
 from escort_mj.control.setup import Setup
 from escort_mj.errors import EscortError, UsageError
+from escort_mj.memory import layout
 from escort_mj.memory.evaluation import evaluation_of, interpreted_evaluation
 from escort_mj.memory.layout import state_size, unpack_plan, unpack_state
 from escort_mj.memory.packing import pack
@@ -126,11 +127,11 @@ class Backend:
 
     def save(self) -> dict[str, Any]:
         """Return copies of everything that later evaluations depend on: every field of the state."""
-        return {name: getattr(self._state, name).copy() for name in declared(State)}
+        return {name: getattr(self._state, name).copy() for name in declared(layout.State)}
 
     def load(self, saved: Mapping[str, Any]) -> None:
         """Continue from what `save` returned."""
-        fields = {name: getattr(self._state, name) for name in declared(State)}
+        fields = {name: getattr(self._state, name) for name in declared(layout.State)}
         if wrong := [name for name, field in fields.items() if np.shape(saved.get(name, 0)) != field.shape]:
             raise UsageError(f"state: {wrong[0]} is missing or of another shape: not of this mission")
         for name, field in fields.items():

@@ -97,6 +97,22 @@ def test_all_of_them_at_once_and_in_order():
     assert [fault.line for fault in faults] == list(range(4, 4 + len(set(alone))))
 
 
+@pytest.mark.parametrize("metric", ["mass_eigenvalue_min", "skew_residual", "lyapunov_rise"])
+def test_the_truth_is_recorded_where_a_metric_needs_it(metric):
+    text = f"expect: [{{metric: {metric}, at_most: 5}}]\nrecording: {{truth: TRUTH}}\n"
+    (fault,) = faults_of(text.replace("TRUTH", "false"))
+    assert (fault.key, fault.line) == ("expect[0].metric", 1)
+    assert fault.message.startswith(f"found {metric}, but the truth is not recorded (recording.truth)")
+    assert parse_scenario(text.replace("TRUTH", "true")).recording.truth
+
+
+def test_only_sliding_mode_laws_have_a_lyapunov_function():
+    (fault,) = faults_of(
+        "expect: [{metric: lyapunov_rise, at_most: 5}]\nrecording: {truth: true}\ncontroller: pd\n"
+    )
+    assert "not all robots have one sliding-mode law (controller)" in fault.message
+
+
 def test_two_endings():
     (fault,) = faults_of("expect: [{outcome: diverged}, {outcome: completed}]")
     assert fault.key == "expect[1].outcome" and "expect[0] has one" in fault.message

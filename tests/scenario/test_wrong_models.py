@@ -57,6 +57,11 @@ WRONG: dict[str, tuple[str, str, str]] = {
         "",
         'found <motor ctrlrange="0 1e200">; expected finite numbers of at most 1e+10',
     ),
+    "a gap beyond the margin": (
+        model(BODY.format('<site name="middle"/>').replace('mass="1"', 'mass="1" gap="1e9"')),
+        "",
+        "the geom hull: found a gap of 1e+09 m; allowed is at most its margin, 0 m",
+    ),
     "no number": (
         model(BODY.replace('mass="1"', 'mass="nan"').format('<site name="middle"/>')),
         "",

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from escort_mj import Controller
+from escort_mj import Controller, Limits
 from escort_mj.api import load_scenario
 from escort_mj.errors import EscortError, UsageError
 from escort_mj.standalone.backend import CONTROL_SIGNALS
@@ -234,8 +234,30 @@ def test_wrong_options_are_refused() -> None:
         Controller("main").signals["taus"]
     with pytest.raises(UsageError, match="robot: found 6; expected a number from 1 to 5"):
         Controller("main").robot(6)
+
+
+@pytest.mark.filterwarnings("error::RuntimeWarning")
+def test_numbers_that_cannot_be_computed_with_are_refused() -> None:
+    controller = Controller("main")
+    q, v, far = controller.start, np.zeros((5, 2)), np.full((5, 2), 1e308)
+    for name, arguments in {"positions": (far, v), "velocities": (q, -far), "mass": (q, v)}.items():
+        more = {"mass": np.full((5, 2, 2), 1e308)} if name == "mass" else {}
+        with pytest.raises(UsageError, match=f"{name}: found -?1e.308 at .*between -1e.10 and 1e.10"):
+            controller(0.0, *arguments, **more)
+    assert np.isfinite(controller(0.0, np.full((5, 2), 1e10), v)).all(), "all may be at the bound"
+    limited = Controller("main", limits=Limits(age=1.0))
+    limited(0.0, q, v)
+    limited(0.002, np.where(np.arange(5)[:, None] == 2, 1e308, q), v)
+    assert limited.ages.tolist() == [0.0, 0.0, 0.002, 0.0, 0.0], "no measurement, as infinity is none"
+
+
+def test_a_law_without_a_finite_force_is_told() -> None:
+    gains = {"law": "pd", "proportional_gain": 1e308, "derivative_gain": 1e308}
+    controller = Controller("main", {"robots.force_limit": None, "controller": gains})
+    q = controller.start
+    controller(0.0, q, np.zeros_like(q))
     with pytest.raises(EscortError, match="no finite force for robot 1"):
-        Controller("main", {"robots.force_limit": None})(0.0, np.full((5, 2), 1e308), np.full((5, 2), -1e308))
+        controller(0.002, q + 1e9, np.full_like(q, 1e9))
 
 
 def test_a_plugin_that_fails_is_an_error(tmp_path: Path) -> None:

@@ -320,11 +320,12 @@ def test_a_stop_holds_robots_against_a_push() -> None:
 
 
 def test_a_law_that_fails_stops_the_robots() -> None:
-    controller = Controller("main", {"robots.force_limit": None}, limits=Limits())
+    gains = {"law": "pd", "proportional_gain": 1e308, "derivative_gain": 1e308}
+    controller = Controller("main", {"robots.force_limit": None, "controller": gains}, limits=Limits())
     q = controller.start
     controller(0.0, q, np.zeros_like(q))
     with pytest.raises(EscortError, match="no finite force"):
-        controller(0.002, np.full_like(q, 1e308), np.full_like(q, -1e308))
+        controller(0.002, q + 1e9, np.full_like(q, 1e9))
     assert "no finite force" in controller.stopped and controller.events[-1].cause == "law"
     assert np.isfinite(controller.command(0.004)).all()
 

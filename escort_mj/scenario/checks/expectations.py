@@ -18,19 +18,25 @@ GOALS = "robots have no goals"
 OPPONENTS = "there are no opponents"
 BELIEFS = "all robots know what the team's sensors show (knowledge, communication)"
 MESSAGES = "robots do not communicate (communication)"
-NEEDS = (
-    dict.fromkeys(("reached", "goal_distance_max", "arrival_time", "arrived", "stuck"), GOALS)
+TRUTH = "the truth is not recorded (recording.truth)"
+LYAPUNOV = "not all robots have one sliding-mode law (controller), whose Lyapunov function it is"
+NEEDS: dict[str, tuple[str, ...]] = (
+    dict.fromkeys(("reached", "goal_distance_max", "arrival_time", "arrived", "stuck"), (GOALS,))
     | dict.fromkeys(
-        ("opponents_intercepted", "opponents_breached", "threat_time_min", "opponents_energy"), OPPONENTS
+        ("opponents_intercepted", "opponents_breached", "threat_time_min", "opponents_energy"), (OPPONENTS,)
     )
     | dict.fromkeys(
-        ("estimate_error_rms", "disagreement_max", "information_age_max", "estimate_consistency"), BELIEFS
+        ("estimate_error_rms", "disagreement_max", "information_age_max", "estimate_consistency"), (BELIEFS,)
     )
     | dict.fromkeys(
-        ("message_rate", "messages_lost_share", "connectivity_min", "disconnected_time"), MESSAGES
+        ("message_rate", "messages_lost_share", "connectivity_min", "disconnected_time"), (MESSAGES,)
     )
+    | dict.fromkeys(
+        ("mass_eigenvalue_min", "mass_eigenvalue_max", "skew_residual", "coriolis_residual"), (TRUTH,)
+    )
+    | dict.fromkeys(("lyapunov_rise", "lyapunov_unexplained"), (TRUTH, LYAPUNOV))
 )
-"""What metrics and expectations measure, by their names, in the words for its lack."""
+"""What metrics and expectations need, by their names, in the words for its lack."""
 
 
 def check_bounds(scenario: Scenario) -> Iterator[Finding]:
@@ -73,20 +79,22 @@ def check_windows(scenario: Scenario) -> Iterator[Finding]:
 
 
 def check_told(scenario: Scenario) -> Iterator[Finding]:
-    """What expectations measure is there: goals, opponents, what robots know and say."""
+    """What expectations measure is there: goals, opponents, what robots know and say, the truth."""
     stacks = [scenario.mission.behaviors, *(phase.behaviors for phase in scenario.mission.supervisor)]
     there = {
         GOALS: any(isinstance(behavior, Headed) for stack in stacks for behavior in stack),
         OPPONENTS: bool(scenario.opponents),
         BELIEFS: scenario.knowledge is not None or scenario.communication is not None,
         MESSAGES: scenario.communication is not None,
+        TRUTH: scenario.recording.truth,
+        LYAPUNOV: len(scenario.laws) == 1 and scenario.laws[0].has_lyapunov,
     }
     for index, expectation in enumerate(scenario.expect):
         name = getattr(expectation, "metric", expectation.kind)
-        needed = NEEDS.get(name)
-        if needed is not None and not there[needed] and expectation.skip is None:
+        lacking = [needed for needed in NEEDS.get(name, ()) if not there[needed]]
+        if lacking and expectation.skip is None:
             key = "metric" if name != expectation.kind else expectation.kind
-            yield Finding(("expect", index, key), f"found {name}, but {needed}: it would have no value")
+            yield Finding(("expect", index, key), f"found {name}, but {lacking[0]}: it would have no value")
 
 
 def check_sides(scenario: Scenario) -> Iterator[Finding]:

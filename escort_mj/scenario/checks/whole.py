@@ -173,7 +173,10 @@ RELATIONS: tuple[tuple[Check, tuple[str, ...]], ...] = (
     (check_recording, ("duration", "physics", "recording", "robots", "axes", "mission", *AROUND)),
     (check_bounds, ("expect",)),
     (check_windows, ("expect", "duration", "physics")),
-    (check_told, ("expect", "mission", "opponents", "knowledge", "communication")),
+    (
+        check_told,
+        ("expect", "mission", "opponents", "knowledge", "communication", "recording", "controller", "teams"),
+    ),
     (check_sides, ("expect", "axes", "robots", *AROUND)),
     (check_obstacle_names, ("axes", *AROUND)),
     (check_behaviors, ("mission",)),

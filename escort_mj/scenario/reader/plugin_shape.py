@@ -51,6 +51,7 @@ def check_shape(model: type[Any], source: str) -> None:
     fields = getattr(model, "model_fields", {})
     if hidden := [key for key, field in fields.items() if hasattr(type(field.default), "__get__")]:
         raise PluginError(f"{place}: {hidden[0]} is a key that it inherits; choose another name")
+    _check_settings(model, place)
     if issubclass(model, Component):
         check_name(model, _called(model)[0], place)
         _check_old(model, place)
@@ -71,6 +72,16 @@ def check_shape(model: type[Any], source: str) -> None:
         _check_estimator(model, place)
     if issubclass(model, Sensor):
         _check_sensor(model, place)
+
+
+def _check_settings(model: type[Any], place: str) -> None:
+    """What it says of itself in place of a base class is a flag where that has one, and a text likewise."""
+    for name, value in vars(model).items():
+        of_base = next((vars(base)[name] for base in model.__mro__[1:] if name in vars(base)), None)
+        for kind, words in ((bool, "True or False"), (str, "a text")):
+            if type(of_base) is kind and not isinstance(value, kind) and not name.startswith("_"):
+                found = f"found {name} = {value!r:.80}{_line_of(model, name)}"
+                raise PluginError(f"{place}: {found}; expected {words}")
 
 
 def _check_estimator(model: type[Estimator], place: str) -> None:
@@ -159,6 +170,10 @@ def _check_equations(model: type[Equations], place: str) -> None:
     if getattr(model, model.method) is getattr(base, model.method):
         raise PluginError(f"{place}: has no {model.method}(self, r){did_you_mean(model.method, own)}")
     for memory in model.memories():
+        if not all(isinstance(part, str) and part.strip() for part in getattr(model, memory)):
+            found = f"{memory} = {getattr(model, memory)!r:.80}{_line_of(model, memory)}"
+            words = 'its unit and its meaning in words, as in Memory("N", "disturbance")'
+            raise PluginError(f"{place}: found {found}; expected {words}")
         if not hasattr(model, name := memory + model.moves):
             words = f"{memory}{_line_of(model, memory)} has no {name}(self, r)"
             raise PluginError(f"{place}: {words}{did_you_mean(name, own)}")

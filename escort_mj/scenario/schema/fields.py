@@ -48,11 +48,14 @@ Component = Annotated[
 ]
 """A number, or an expression in the time `t` [s], such as `"3 + 0.1*t"`."""
 
-RUN_NAME = r"^[^\x00-\x20\x7f/\\.][^\x00-\x1f\x7f/\\]{0,79}$"
+_UNSEEN = r"\x00-\x1f\x7f-\x9f\u061c\u200b\u200e\u200f\u2028-\u202e\u2060-\u2069\ufeff"  # or turns text
+RUN_NAME = rf"^[^{_UNSEEN} /\\.][^{_UNSEEN}/\\]{{0,79}}$"
+LABEL = rf"^[^{_UNSEEN}]{{1,200}}$"
 BODY_NAME = r"^[A-Za-z0-9_\-]{1,40}$"
 PATTERNS = {
     TEXT: "text without control characters",
-    RUN_NAME: "1 to 80 characters without / and \\, not beginning with a dot or space",
+    RUN_NAME: "1 to 80 visible characters without / and \\, not beginning with a dot or space",
+    LABEL: "1 to 200 visible characters",
     BODY_NAME: "1 to 40 letters, digits, _ and -",
 }
 

@@ -63,7 +63,12 @@ def parent_of_workers() -> _Context:
     It imports what a run needs, once for all workers, while this process gets ready itself: call this early.
     Workers are not forked from this process, whose threads and native callbacks would not survive it. Ctrl-C
     in a terminal goes to all processes; workers leave it to this one.
+
+    A worker imports the user's script. If that has no main guard and starts workers again, the worker ends
+    without a word; the process that wanted it says why.
     """
+    if getattr(multiprocessing.current_process(), "_inheriting", False):
+        os._exit(1)
     context = _Context()
     context.set_forkserver_preload([FORKED, WORK])
     with stopping.deferred():

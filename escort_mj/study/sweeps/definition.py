@@ -27,7 +27,7 @@ from escort_mj.scenario.reader.document import Document, Place, read_document
 from escort_mj.scenario.reader.dump import flow
 from escort_mj.scenario.reader.load import read_text, tuples
 from escort_mj.scenario.reader.plain import document_of
-from escort_mj.scenario.schema.fields import PATTERNS, RUN_NAME
+from escort_mj.scenario.schema.fields import LABEL, PATTERNS, RUN_NAME
 from escort_mj.scenario.schema.scenario import Scenario
 from escort_mj.study.sweeps.parameters import NAME, names_in_braces
 from escort_mj.study.sweeps.quantities import ChosenMetric, MetricOver
@@ -82,7 +82,7 @@ class Study(Parameters):
     it gets the number; what is varied or searched may name them like scenario keys."""
     set: dict[str, Any] = {}
     """Scenario keys and the value that they have in every run."""
-    cases: Annotated[dict[str, dict[str, Any]], Field(max_length=1000)] = {}
+    cases: Annotated[dict[Annotated[str, Field(pattern=LABEL)], dict[str, Any]], Field(max_length=1000)] = {}
     """Named alternatives, each a table of scenario keys and values."""
     vary: Annotated[dict[str, Levels], Field(max_length=16)] = {}
     """Scenario keys and their values, a list or evenly spread; every combination is a cell."""
@@ -228,6 +228,12 @@ def _findings(study: Study) -> list[Finding]:
                 found.append(
                     Finding(("vary", key, again), f"found {shown(levels[again])} again; one cell is enough")
                 )
+    cases = list(study.cases.items())
+    for place, (name, case) in enumerate(cases):
+        equal = next((other for other, its in cases[:place] if _same(case, its)), None)
+        if equal is not None:
+            words = f"says the same as the case {shortened(equal, 80)}; one is enough"
+            found.append(Finding(("cases", name), words, at_key=True))
     for path, box in _boxes(study):
         for key, bounds in box.items():
             found += bounds.findings((*path, key)) if isinstance(bounds, Range) else ()
@@ -241,8 +247,17 @@ def _findings(study: Study) -> list[Finding]:
 
 
 def _among(value: Any, others: Sequence[Any]) -> bool:
-    """Whether a value is one of others; 1 is not true."""
-    return any(value == other and isinstance(value, bool) == isinstance(other, bool) for other in others)
+    """Whether a value is one of others."""
+    return any(_same(value, other) for other in others)
+
+
+def _same(one: Any, other: Any) -> bool:
+    """Whether two values are equal; 1 is not true."""
+    if isinstance(one, Mapping) and isinstance(other, Mapping):
+        return one.keys() == other.keys() and all(_same(one[key], other[key]) for key in one)
+    if isinstance(one, list | tuple) and isinstance(other, list | tuple):
+        return len(one) == len(other) and all(map(_same, one, other))
+    return bool(one == other and isinstance(one, bool) == isinstance(other, bool))
 
 
 def values_of(levels: tuple[Any, ...] | Steps) -> list[Any]:
@@ -295,7 +310,7 @@ def _key_findings(study: Study) -> Iterator[Finding]:
             yield Finding(path, f"{key} cannot be varied; seeds and first_seed say which", at_key=True)
         elif path[0] in ("vary", "sample") and key in seen:
             yield Finding(path, f"is given in {seen[key]} too", at_key=True)
-        if path[0] != "set" and not searched:
+        if not searched:
             seen.setdefault(key, key_path(path[:-1]))
 
 

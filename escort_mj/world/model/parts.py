@@ -9,6 +9,7 @@ checks them: the models are the same.
 from __future__ import annotations
 
 import hashlib
+import sys
 import xml.etree.ElementTree as ElementTree
 from copy import deepcopy
 from functools import cache
@@ -69,7 +70,13 @@ def part_of(kind: RobotKind) -> Element:
     Raises:
         PluginError: If a plugin's is not what it must be.
     """
-    return _own_part(kind.kind, kind.mjcf) if kind.mjcf else _shipped_part(kind.kind, kind.part)
+    return _own_part(_place(kind), kind.mjcf) if kind.mjcf else _shipped_part(kind.kind, kind.part)
+
+
+def _place(kind: RobotKind) -> str:
+    """The file of the plugin that brings a kind, and the kind."""
+    file = getattr(sys.modules.get(type(kind).__module__), "__file__", None)
+    return f"{file}: the kind {kind.kind}" if file else f"the kind {kind.kind}"
 
 
 @cache
@@ -81,27 +88,27 @@ def _shipped_part(name: str, part: str) -> Element:
 
 
 @cache
-def _own_part(name: str, text: str) -> Element:
+def _own_part(place: str, text: str) -> Element:
     """A part that a plugin brings as text, checked."""
     try:
         root = ElementTree.fromstring(_checked(text))
     except Exception as error:
         words = " ".join(str(error).split())[:200]
-        raise PluginError(f"the kind {name}: its MJCF cannot be read: {words}") from None
+        raise PluginError(f"{place}: its MJCF cannot be read: {words}") from None
     body = root.find("worldbody/body[@name='robot']")
     if body is None:
-        raise PluginError(f'the kind {name}: its MJCF has no <body name="robot"> in its worldbody')
+        raise PluginError(f'{place}: its MJCF has no <body name="robot"> in its worldbody')
     joints = [(joint.get("name"), joint.get("type")) for joint in body.iter("joint")][:3]
     if body.find("freejoint") is not None or joints != [(axis, "slide") for axis in "xyz"]:
         raise PluginError(
-            f"the kind {name}: the body robot begins with the joints x, y and z, of type slide; "
+            f"{place}: the body robot begins with the joints x, y and z, of type slide; "
             f"found {', '.join(str(joint) for joint, _ in joints) or 'none'}"
         )
     if body.find("geom[@name='body']") is None:
-        raise PluginError(f'the kind {name}: the body robot has no <geom name="body">, its hull, a sphere')
+        raise PluginError(f'{place}: the body robot has no <geom name="body">, its hull, a sphere')
     motors = [motor.get("name") for motor in root.iter("motor")]
     if motors != list("xyz"):
-        raise PluginError(f"the kind {name}: found the motors {motors}; expected x, y and z")
+        raise PluginError(f"{place}: found the motors {motors}; expected x, y and z")
     return root
 
 

@@ -129,6 +129,9 @@ class TestWrongPlugins:
             (('["pid"] = "pid"', '["asmc"] = "asmc"'), "the law asmc is there already, in escort_mj itself"),
             (("class Pid(Law)", "class Pid(Values)"), "brings nothing: no class derives from"),
             (("    law: L", "    method: ClassVar[str] = 'x'\n    law: L"), "found method = 'x'; it is not"),
+            (("    law: L", "    compiled: ClassVar[bool] = 'yes'\n    law: L"), "found compiled = 'yes' ("),
+            (("    law: L", "    needs_model = 1\n    law: L"), "found needs_model = 1 (line 14); expected"),
+            (("    law: L", "    title = 3\n    law: L"), "found title = 3 (line 14); expected a text"),
             (("float = 1e9", "list[float] = []"), "fails_at: found list[float]; a parameter of a law"),
             (("fails_at: float = 1e9", "fails_at: float"), "the parameter fails_at has no default"),
             (("from pydantic", "from pidan"), "own_law.py:6: ModuleNotFoundError: No module named 'pidan'"),
@@ -224,6 +227,11 @@ class TestWrongPlugins:
         ("more", "said"),
         [
             ('    z: ClassVar[Memory] = Memory("N", "own")\n', r"z \(line \d+\) has no z_rate\(self, r\)"),
+            (
+                "    z: ClassVar[Memory] = Memory(3, None)\n",
+                r"found z = Memory\(unit=3, meaning=None\) \(line \d+\); expected its unit and its meaning",
+            ),
+            ('    z: ClassVar[Memory] = Memory("N", " ")\n', "expected its unit and its meaning in words"),
             ("    def z_rate(self, r):\n        return 0.0\n", r"nothing integrates z_rate \(line \d+\)"),
             ("    def force_kernel(self, r):\n        pass\n", r"found force_kernel \(line \d+\); expected"),
             (

@@ -134,6 +134,7 @@ def test_a_script_that_its_workers_cannot_import_is_told_so(tmp_path: Path) -> N
     assert ended.returncode != 0
     assert "worker processes do not start" in ended.stderr
     assert '__name__ == "__main__"' in ended.stderr.splitlines()[-1]
+    assert ended.stderr.count("Traceback") == 1, "workers end without a word"
 
 
 @pytest.mark.parametrize(

@@ -74,6 +74,13 @@ def test_a_study_says_what_it_varies(tmp_path: Path) -> None:
           "  bounds: [{metric: contacts, at_most_own: null}]}\nsample:"), "14:12: tune.bounds[0]: has no"),
         (("anti_windup", "anti_winding"), "8:36: cases.wound.controller.anti_winding: with"),
         (("duration: 2", "duration: -2"), "4:17: set.duration: with duration = -2: duration: found -2"),
+        (("duration: 2,", "duration: 2, controller: pd,"), "11:3: vary.controller: is given in set too"),
+        (("duration: 2,", "duration: 2, sensing.position.noise: 1,"), "13:52: sample.over.sensing.position."),
+        (("plain: {}", "plain: {controller.anti_windup: false}"), "9:3: cases.plain: says the same as the"),
+        (("plain: {}", '"pl\\u202Eain": {}'), "9:18: cases.pl?ain: found"),
+        (("[apd_smc, pd]", "[apd_smc, pd, apd_smc]"), '11:29: vary.controller[2]: found "apd_smc" again'),
+        (("study: mass", 'study: "ma\\u202Ess"'), '2:8: study: found "ma?ss"; expected 1 to 80 visible'),
+        (("latin_hypercube", "nope"), '13:18: sample.method: found "nope"; allowed are sobol'),
         (("sobol", "sobol"), ""),
     ],
 )  # fmt: skip
@@ -92,6 +99,19 @@ def test_all_faults_of_a_file_at_once(tmp_path: Path) -> None:
     )
     assert {fault.partition(": ")[0] for fault in found if "vary.controller" in fault} == {"11:16", "11:21"}
     assert sum("set.duratoin" in fault for fault in found) == 1
+
+
+def test_cases_that_differ_in_a_flag_or_a_list_are_no_equals(tmp_path: Path) -> None:
+    cases = "{a: {robots.count: 1}, b: {robots.count: true}, c: {x.y: [1, 2]}, d: {x.y: [1]}, e: {}}"
+    text = f"study: s\nscenario: main\ncases: {cases}\n"
+    assert len(load_study(written(tmp_path, text)).study.cases) == 5
+    with pytest.raises(ScenarioError, match="cases.b: says the same as the case a"):
+        load_study(written(tmp_path, text.replace("true", "1.0")))
+
+
+def test_an_override_of_what_is_varied_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(ScenarioError, match="vary.controller: is given in set too"):
+        load_study(written(tmp_path, GOOD), ["controller=pd"])
 
 
 def test_what_is_no_study_is_refused(tmp_path: Path) -> None:

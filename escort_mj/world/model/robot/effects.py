@@ -242,7 +242,8 @@ def solid_geoms(machine: Machine) -> list[int]:
     """The geoms of a robot that can touch something.
 
     Raises:
-        RobotError: If none can: nothing would ever meet the robot.
+        RobotError: If none can: nothing would ever meet the robot. Or if one touches something long before
+            that pushes back.
     """
     model = machine.model
     ours = [geom for geom in range(model.ngeom) if model.geom_bodyid[geom] in machine.bodies]
@@ -250,7 +251,20 @@ def solid_geoms(machine: Machine) -> list[int]:
     if not solid:
         found = f"contype and conaffinity of all {len(ours)} are 0" if ours else "it has none"
         raise RobotError(f"{machine.name}: none of its geoms can touch anything: {found}")
+    for geom in solid:
+        if (gap := model.geom_gap[geom]) > (margin := model.geom_margin[geom]):
+            raise RobotError(
+                f"{machine.name}: {_called(model, geom)}: found a gap of {gap:g} m; allowed is at most its "
+                f"margin, {margin:g} m: what it touches would be {gap - margin:g} m inside it before "
+                "anything pushes back"
+            )
     return solid
+
+
+def _called(model: mujoco.MjModel, geom: int) -> str:
+    """What messages call a geom, which need not have a name."""
+    body = model.body(model.geom_bodyid[geom]).name
+    return f"the geom {name}" if (name := model.geom(geom).name) else f"a geom of {body}"
 
 
 def is_rigid(machine: Machine) -> bool:
