@@ -191,6 +191,7 @@ def watched() -> Iterator[list[str]]:
         Receives at the end, in words, what of that which the whole process shares is another now; it is put
         right again.
     """
+    _prepare()
     before, found = _Shared(False), list[str]()
     try:
         yield found

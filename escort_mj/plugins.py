@@ -3,6 +3,8 @@
 from escort_mj.behaviors.behavior import Behavior
 from escort_mj.components.equations import Memory
 from escort_mj.components.views import ACROSS, ALONG, NOTHING, BehaviorView
+from escort_mj.disturbances import Disturbance
+from escort_mj.disturbances.disturbance import Robots
 from escort_mj.estimators import Estimator, EstimatorView
 from escort_mj.expectations.expectation import Judgment
 from escort_mj.expectations.expectation import Windowed as Expectation
@@ -11,6 +13,7 @@ from escort_mj.laws.law import Law
 from escort_mj.metrics.measure import Measure
 from escort_mj.metrics.metric import metric
 from escort_mj.native.values import Values
+from escort_mj.native.vectors import Vec, dot, norm, quarter_turn, unit_axis, where
 from escort_mj.policies import ACTS, RESTS, Policy, PolicyView
 from escort_mj.radios import Radio
 from escort_mj.robots import RobotKind
@@ -28,6 +31,7 @@ __all__ = [
     "VELOCITY",
     "Behavior",
     "BehaviorView",
+    "Disturbance",
     "Estimator",
     "EstimatorView",
     "Expectation",
@@ -39,7 +43,14 @@ __all__ = [
     "PolicyView",
     "Radio",
     "RobotKind",
+    "Robots",
     "Sensor",
     "Values",
+    "Vec",
+    "dot",
     "metric",
+    "norm",
+    "quarter_turn",
+    "unit_axis",
+    "where",
 ]

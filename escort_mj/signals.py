@@ -16,6 +16,7 @@ from math import prod
 from typing import NamedTuple
 
 from escort_mj.behaviors.signals import RadiusSignals
+from escort_mj.components.memory import MemorySignals
 from escort_mj.components.mission import DriveSignals, MissionSignals
 from escort_mj.components.movers import MoverSignals
 from escort_mj.components.obstacles import ObstacleSignals
@@ -113,6 +114,7 @@ class Signals(
     OuterLoopSignals,
     TaskSignals,
     InnerLoopSignals,
+    MemorySignals,
     ClearanceSignals,
     MotionSignals,
     ContactSignals,
@@ -229,7 +231,7 @@ def channel_sizes(
         several: Whether some robot is more than its hull.
         resized: Whether the distance that robots keep from the target changes.
         watches: How many quantities are watched in every physics step because an expectation asks for them.
-        memories: How many numbers of its own a law integrates for every robot and axis.
+        memories: How many numbers of their own laws and disturbances integrate for every robot and axis.
         readings: How many numbers sensors of other kinds than the plain one record of every robot.
     """
     channels = {DRIVES: driven, GOALS: headed, KNOWLEDGE: informed, RADIO: slots > 0, LIDAR: rays > 0}

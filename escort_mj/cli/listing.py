@@ -27,6 +27,7 @@ TAGS = {
     "radios": "radio",
     "sensors": "sensor",
     "policies": "policy",
+    "disturbances": "disturbance",
 }
 Kind = Literal[
     "scenarios",
@@ -38,6 +39,7 @@ Kind = Literal[
     "radios",
     "sensors",
     "policies",
+    "disturbances",
     "robots",
     "metrics",
     "expectations",
@@ -212,6 +214,7 @@ LISTS: dict[Kind, Callable[[Sequence[str]], Iterator[Listed]]] = {
     "radios": _components("radio"),
     "sensors": _components("sensor"),
     "policies": _components("policy"),
+    "disturbances": _components("disturbance"),
     "robots": _components("kind"),
     "metrics": _metrics,
     "expectations": _expectations,

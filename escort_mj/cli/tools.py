@@ -170,7 +170,7 @@ def check_plugin_command(
     plugin: Annotated[str, typer.Argument(help="Python file, or name of an installed plugin.")],
     as_json: JsonOption = False,
 ) -> None:
-    """Test the components of a plugin: laws, behaviors, policies, estimators, robots, metrics, expectations.
+    """Test the components of a plugin: laws, behaviors, disturbances, robots, metrics and more.
 
     Exit codes: 0 if all tests pass, 1 if a test fails, 2 if the plugin cannot be loaded.
 

@@ -157,11 +157,6 @@ class Choice(int):
         return hash(self.name)
 
 
-def kind_of(model: type[Component]) -> str:
-    """Return what kind of component a class is, by the key that names it."""
-    return next(key for key in NAME_KEYS if key in model.model_fields)
-
-
 def choices_of(model: type[Component], name: str) -> tuple[Any, ...]:
     """Return what a parameter may be chosen from; nothing for a number."""
     kind = model.model_fields[name].annotation if name in model.model_fields else None

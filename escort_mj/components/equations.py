@@ -13,10 +13,12 @@ class Memory(NamedTuple):
     Attributes:
         unit: SI unit.
         meaning: In a few words.
+        truth: The recorded signal that it estimates, beside which figures draw it; empty for none.
     """
 
     unit: str
     meaning: str
+    truth: str = ""
 
 
 class Equations(Component):
@@ -34,6 +36,8 @@ class Equations(Component):
     """Names of the values that methods can read, and the fields of its view that have them."""
     keeps: ClassVar[str]
     """Field of its view that has the numbers of its own."""
+    first: ClassVar[str] = ""
+    """Field of its view that says in which row of these its own begin; empty where all are its own."""
 
     @classmethod
     def memories(cls) -> dict[str, Memory]:
@@ -44,7 +48,8 @@ class Equations(Component):
     @classmethod
     def names(cls) -> Names:
         """Return by what names it reads values."""
-        return Names(cls.reads, tuple((name, cls.keeps, row) for row, name in enumerate(cls.memories())))
+        rows = tuple((name, cls.keeps, row) for row, name in enumerate(cls.memories()))
+        return Names(cls.reads, rows, cls.first)
 
     @classmethod
     def equations(cls) -> dict[str, Callable[..., Any]]:

@@ -12,7 +12,10 @@ from pydantic import BaseModel, ConfigDict, Field
 if TYPE_CHECKING:
     from pydantic import GetJsonSchemaHandler
 
-NAME_KEYS = ("law", "behavior", "kind", "loop", "estimator", "policy", "radio", "sensor")
+NAME_KEYS = (
+    *("law", "behavior", "kind", "loop", "estimator", "policy", "radio"),
+    *("sensor", "disturbance"),
+)
 """Keys of tables that may be one of several: which one a table is."""
 UNLIMITED = 1e300  # stands for an infinite limit, which XML cannot hold
 TEXT = r"^[^\x00-\x08\x0b-\x1f\x7f-\x9f\ufffe\uffff]*$"  # what NetCDF and XML can hold
@@ -53,6 +56,11 @@ def description_of(table: type[BaseModel], name: str) -> str:
     """
     field = table.model_fields[name]
     return field.description or next(filter(None, (_docstrings(each).get(name) for each in table.mro())), "")
+
+
+def kind_of(component: type[BaseModel]) -> str:
+    """Return what kind of component a class is, by the key that names it."""
+    return next(key for key in NAME_KEYS if key in component.model_fields)
 
 
 @cache

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import Any, Literal, NamedTuple, Protocol, TypeVar
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any, Literal, NamedTuple, Protocol, Self, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from escort_mj.components.parameters import Parameters
+from escort_mj.components.parameters import Parameters, kind_of
 from escort_mj.numerics.formation import Arrangement
 from escort_mj.numerics.reform import Reforming
 from escort_mj.numerics.thomson import Figure, least_energy
@@ -158,7 +159,8 @@ class MissionSetup:
         robot_radius: Shape (n,) [m].
         force_limit: Largest force per axis, shape (n,) [N]; inf for none.
         target: Position and velocity of the target [m].
-        disturbance: External force on every robot [N]; None for none.
+        disturbance: Force on every robot by those disturbances that depend on time alone [N]; None for none.
+        disturbances: The others.
         goals: By behavior `goal`, as `all_behaviors` has them, the waypoints of each robot, shape
             (waypoints, p) [m].
         formations: By behavior `formation`, likewise.
@@ -232,6 +234,7 @@ class MissionSetup:
     estimator: Any
     start_deviation: tuple[float, float, float] = (0.0, 0.0, 0.0)
     laws: tuple[Any, ...] = ()
+    disturbances: tuple[Any, ...] = ()
 
     @property
     def informed(self) -> bool:
@@ -260,6 +263,42 @@ class MissionSetup:
     def all_laws(self) -> tuple[Any, ...]:
         """The law of each team, or the one of all robots."""
         return self.laws or (self.law,)
+
+    @cached_property
+    def _memory(self) -> tuple[dict[Any, int], list[int], dict[str, Any]]:
+        laws, starts = list(dict.fromkeys(self.all_laws)), list[int]()
+        rows, names = dict[str, Any](), list[str]()
+        for member in (*laws, *self.disturbances):
+            starts.append(len(rows))
+            names.append(getattr(member, kind_of(type(member))))
+            known = names.count(names[-1])
+            label = names[-1] if known == 1 else f"{names[-1]}_{known}"
+            rows |= {f"{label}.{key}": memory for key, memory in member.memories().items()}
+        return dict(zip(laws, starts, strict=False)), starts[len(laws) :], rows
+
+    @property
+    def memory(self) -> dict[str, Any]:
+        """What laws and disturbances integrate of their own: a `Memory` for each row, by its name."""
+        return self._memory[2]
+
+    @property
+    def law_memory(self) -> list[str]:
+        """Names of those rows that are the laws': the first ones."""
+        rows = [*self.memory]
+        return rows[: self.disturbance_rows[0]] if self.disturbances else rows
+
+    @property
+    def disturbance_rows(self) -> list[int]:
+        """Row at which the memory of each disturbance begins."""
+        return self._memory[1]
+
+    def memory_start(self, law: Any) -> int:
+        """Return the row at which the memory of a law begins."""
+        return self._memory[0][law]
+
+    def undisturbed(self) -> Self:
+        """Return it without disturbances."""
+        return replace(self, disturbance=None, disturbances=())
 
     @property
     def has_lyapunov(self) -> bool:

@@ -32,10 +32,12 @@ class LawView(NamedTuple):
     model_bias: Annotated[Array, "modeled", "p"]  # bias forces [N]; likewise
     v_d_rate: Annotated[Array, "differentiating", "p"]  # derivative of v_d; if the law asks [m/s^2]
     rho_hat: Annotated[Array, "n", "p"]  # the estimate: the integral of its rate [N]
-    law_memory: Annotated[Array, "memories", "n", "p"]  # integrals of the rates below, at first 0
+    component_memory: Annotated[Array, "memories", "n", "p"]  # integrals of the rates below, at first 0
+    memory_row: Annotated[Array, 1]  # where its own begin
     tau: Annotated[Array, "n", "p"]  # written: the force demanded [N]
     rho_hat_rate: Annotated[Array, "n", "p"]  # written: 0 unless said [N/s]
-    law_memory_rate: Annotated[Array, "memories", "n", "p"]  # written: 0 unless said
+    component_rate: Annotated[Array, "memories", "n", "p"]  # written: 0 unless said
+    rate_found: Annotated[Array, "remembering", "p"]  # scratch
 
 
 class BehaviorView(NamedTuple):
@@ -58,5 +60,5 @@ class BehaviorView(NamedTuple):
     wish_error: Annotated[Array, 1]  # written: how far the task is from done [m]
 
 
-LAW_OUTPUTS = ("tau", "rho_hat_rate", "law_memory_rate")
+LAW_OUTPUTS = ("tau", "rho_hat_rate", "component_rate")
 BEHAVIOR_OUTPUTS = ("wish_direction", "wish_velocity", "wish_error")

@@ -10,6 +10,7 @@ from escort_mj import stopping
 from escort_mj.behaviors.behavior import Behavior
 from escort_mj.components.parameters import NAME_KEYS
 from escort_mj.conformance.behaviors import check_behavior
+from escort_mj.conformance.disturbances import check_disturbance
 from escort_mj.conformance.estimators import check_estimator
 from escort_mj.conformance.kinds import check_kind
 from escort_mj.conformance.laws import check_law
@@ -20,6 +21,7 @@ from escort_mj.conformance.radios import check_radio
 from escort_mj.conformance.records import check_expectation, try_metric
 from escort_mj.conformance.sensors import check_sensor
 from escort_mj.conformance.stand import BrokenError, CheckResult
+from escort_mj.disturbances import Disturbance
 from escort_mj.errors import EscortError
 from escort_mj.estimators import Estimator
 from escort_mj.expectations.expectation import Expectation
@@ -40,6 +42,7 @@ CHECKS: dict[type[Any], tuple[Checks, ...]] = {
     Policy: (check_parameters, check_policy, check_missions),
     Estimator: (check_parameters, check_estimator, check_missions),
     Radio: (check_parameters, check_radio, check_missions),
+    Disturbance: (check_parameters, check_disturbance, check_missions),
     Sensor: (check_parameters, check_sensor, check_missions),
     RobotKind: (check_parameters, check_kind, check_missions),
     Metric: (try_metric,),

@@ -49,7 +49,7 @@ def _holds_still(member: type[Law], kind: type[Scenario]) -> CheckResult:
         stand.call()
         force = np.abs(stand.state.tau - (stand.state.model_bias if member.needs_model else 0.0)).max()
         rates = max(
-            (float(np.abs(rate).max()) for rate in (stand.state.rho_hat_rate, stand.state.law_memory_rate)
+            (float(np.abs(rate).max()) for rate in (stand.state.rho_hat_rate, stand.state.component_rate)
              if rate.size), default=0.0,
         )  # fmt: skip
         if max(force, rates) > ROUNDING:
@@ -73,7 +73,7 @@ def _at_rest(stand: Stand) -> None:
         state.v_d,
         state.v_measured,
         state.rho_hat,
-        state.law_memory,
+        state.component_memory,
     ):
         values[:] = 0.0
     state.q_d[:] = state.q_measured

@@ -7,6 +7,7 @@ from typing import Any
 
 from escort_mj.behaviors.behavior import Behavior
 from escort_mj.conformance.stand import CheckResult, heard_over, measured_by, seen_and_heard, trying
+from escort_mj.disturbances import Disturbance
 from escort_mj.estimators import Estimator
 from escort_mj.laws.law import Law
 from escort_mj.mission import Flight
@@ -74,6 +75,8 @@ def mission_with(member: type[Any], kind: type[Scenario], axes: int) -> Scenario
         table |= seen_and_heard(member.model_fields["estimator"].default, member.needs[0])
     elif issubclass(member, Radio):
         table |= heard_over(member.model_fields["radio"].default)
+    elif issubclass(member, Disturbance):
+        table["uncertainty"] = {"disturbances": (member.model_fields["disturbance"].default,)}
     elif issubclass(member, Sensor):
         table["sensing"] = measured_by(member.model_fields["sensor"].default, member)
         table["robots"] = {"kind": "diff_drive" if axes == min(AXES) else "quadrotor"}

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from escort_mj.behaviors.behavior import Behavior
 from escort_mj.components.component import Component
 from escort_mj.control.custom import native
+from escort_mj.disturbances import Disturbance
 from escort_mj.estimators import Estimator
 from escort_mj.knowledge.sight import MEASURES
 from escort_mj.laws.law import Law
@@ -93,6 +94,8 @@ class Stand:
             table |= seen_and_heard(own.model_dump(), MEASURES)
         elif isinstance(own, Radio):
             table |= heard_over(own.model_dump())
+        elif isinstance(own, Disturbance):
+            table["uncertainty"] = {"disturbances": (own.model_dump(),)}
         elif isinstance(own, Sensor):
             table["sensing"] = measured_by(own.model_dump(), type(own))
         else:
@@ -108,6 +111,8 @@ class Stand:
         place = int(plan.level_place[0]) if isinstance(own, Behavior) else 0
         if isinstance(own, Policy):
             place = int(plan.mover_place[0])
+        if isinstance(own, Disturbance):
+            place = int(plan.disturbance_place[0])
         if isinstance(own, Estimator):
             place, self.sight_variance = plan.estimator_place, plan.sight_variance
         if isinstance(own, Radio):
@@ -134,7 +139,7 @@ class Stand:
         """
         state = self.state
         state.time[0] = random.uniform(0.0, 100.0)
-        for name in ("e", "e_dot", "v_d", "v_measured", "rho_hat", "law_memory"):
+        for name in ("e", "e_dot", "v_d", "v_measured", "rho_hat", "component_memory"):
             values = getattr(state, name)
             values[:] = scale * random.standard_normal(values.shape)
         state.q_measured[:] = 5.0 * random.standard_normal(state.q_measured.shape)
@@ -146,6 +151,8 @@ class Stand:
         for i in range(len(state.model_mass)):
             state.model_mass[i] = np.eye(state.q.shape[1]).ravel() * random.uniform(0.5, 2.0)
         state.model_bias[:] = random.standard_normal(state.model_bias.shape)
+        for values in (state.noise, state.common_noise):
+            values[:] = random.standard_normal(values.shape)
         for values in (state.q, state.v, state.mover_position, state.mover_velocity, state.mover_memory):
             values[:] = random.standard_normal(values.shape)
         if isinstance(self.own, Estimator):

@@ -12,9 +12,11 @@ from escort_mj.behaviors.formation import place_formations
 from escort_mj.behaviors.goal import choose_goals
 from escort_mj.behaviors.surface import choose_radii
 from escort_mj.behaviors.vertices import turn_figures
+from escort_mj.components.memory import integrate_memory
 from escort_mj.components.movers import drive, place_movers
 from escort_mj.control.conflicts import weigh_tasks
 from escort_mj.control.deciding import decide
+from escort_mj.control.disturbing import disturb
 from escort_mj.control.failure import command_failing_motors, notice_losses
 from escort_mj.control.harmonics import follow
 from escort_mj.control.inner import inner_loop
@@ -73,6 +75,8 @@ def evaluate(plan: Plan, state: State) -> None:
     state.step[0] = round(state.time[0] / plan.timestep)
     moved = advance(plan, state)
     follow_time(plan, state)
+    if plan.disturbance_kind.shape[0] > 0:
+        disturb(plan, state)
     if plan.mover_mass.shape[0] > 0:
         place_movers(plan, state)
         if moved and plan.willed:
@@ -140,7 +144,7 @@ def is_sampled(step: int, plan: Plan) -> bool:
 
 @merged
 def advance(plan: Plan, state: State) -> bool:
-    """Integrates reference position and estimate over the step since the last evaluation (eqs. 2, 10).
+    """Integrates reference, estimate and components' own memory since the last evaluation (eqs. 2, 10).
 
     Returns:
         Whether this is the first evaluation at the present time.
@@ -179,6 +183,8 @@ def advance(plan: Plan, state: State) -> bool:
         for i in range(state.v_d_rate.shape[0]):
             for k in range(p):
                 state.v_d_filtered[i, k] += plan.timestep * state.v_d_rate[i, k]
+        if state.component_memory.shape[0] > 0:
+            integrate_memory(plan, state)
     state.last_time[0] = time
     return moved
 

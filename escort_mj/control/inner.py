@@ -39,6 +39,8 @@ class InnerLoopParameters(Fields):
     force_limits: Annotated[Array, "n", "p", Value("N", "force_limit, axis by axis")]
     team_law: Annotated[Array, "laws", Value("1", "law of each team; none where all have the same")]
     team_law_place: Annotated[Array, "laws", Value("1", "where its numbers begin in `parameters`")]
+    team_law_row: Annotated[Array, "laws", Value("1", "where its own memory begins")]
+    team_law_rows: Annotated[Array, "laws", Value("1", "how many rows it has")]
     team_slope: Annotated[Array, "laws", Value("1/s", "its slope")]
     team_filter: Annotated[Array, "laws", Value("s", "its acceleration_filter")]
 
@@ -55,6 +57,8 @@ class InnerLoopParameters(Fields):
             "estimate_at_start": setup.by_robot("estimate_at_start"),
             "force_limits": np.repeat(np.reshape(setup.force_limit, (-1, 1)), setup.axes, axis=1),
             "team_law": [number_of(each, LAWS) for each in setup.laws],
+            "team_law_row": [setup.memory_start(each) for each in setup.laws],
+            "team_law_rows": [len(type(each).memories()) for each in setup.laws],
             "team_slope": [each.slope for each in setup.laws],
             "team_filter": [each.filter_time for each in setup.laws],
         }
@@ -85,8 +89,8 @@ def inner_loop(plan: Plan, state: State) -> None:
         store(state.s, at, e_dot + plan.slope * load(state.e, at))
     if state.v_d_rate.shape[0] > 0:
         _differentiate(plan, state)
-    if state.law_memory.shape[0] > 0:
-        _integrate_memory(plan, state)
+    if state.component_memory.shape[0] > 0:
+        state.memory_row[0] = 0.0
     if plan.law == DEFAULT:
         _default_loop(0, plan, state)
     elif plan.law != OUTSIDE:
@@ -102,18 +106,6 @@ def _differentiate(plan: Plan, state: State) -> None:
             store(state.v_d_filtered, at, load(state.v_d, at))
         store(state.v_d_rate, at, (load(state.v_d, at) - load(state.v_d_filtered, at)) / lag)
     state.differentiated[0] = 1.0
-
-
-@on_demand
-def _integrate_memory(plan: Plan, state: State) -> None:
-    """Move on what laws integrate of their own by a step; rates are 0 until they are written again."""
-    count = state.law_memory.shape[0] * state.q.shape[0] * state.q.shape[1]
-    for at in range(0, count, WIDTH):
-        if state.time[0] > state.law_memory_time[0]:
-            rate = plan.timestep * load(state.law_memory_rate, at)
-            store(state.law_memory, at, load(state.law_memory, at) + rate)
-        store(state.law_memory_rate, at, 0.0)
-    state.law_memory_time[0] = state.time[0]
 
 
 @inlined
@@ -190,7 +182,9 @@ def _force_of_teams(place: int, plan: Plan, state: State) -> None:
                 lag = plan.team_filter[t] + plan.timestep
                 state.v_d_rate[i, k] = (state.v_d[i, k] - state.v_d_filtered[i, k]) / lag
     for t in range(plan.team_law.shape[0]):
+        state.memory_row[0] = plan.team_law_row[t]
         _force_of_shipped(int(plan.team_law[t]), int(plan.team_law_place[t]), plan, state)
+        _keep_own_memory(t, plan, state)
         for i in range(n):
             if state.member_of[i] == t + 1.0:
                 for k in range(p):
@@ -200,6 +194,17 @@ def _force_of_teams(place: int, plan: Plan, state: State) -> None:
     copy_lanes(state.team_tau, state.tau, n * p)
     copy_lanes(state.team_rho_hat_rate, state.rho_hat_rate, n * p)
     copy_lanes(state.team_q_d_rate, state.q_d_rate, n * p)
+
+
+@inlined
+def _keep_own_memory(t: int, plan: Plan, state: State) -> None:
+    """Hold the memory of a team's law for robots of other laws; one that comes back goes on from there."""
+    first = int(plan.team_law_row[t])
+    for row in range(first, first + int(plan.team_law_rows[t])):
+        for i in range(state.q.shape[0]):
+            if int(plan.team_law_row[int(state.member_of[i]) - 1]) != first:
+                for k in range(state.q.shape[1]):
+                    state.component_rate[row, i, k] = 0.0
 
 
 @inlined

@@ -11,6 +11,7 @@ from escort_mj.control.failure import Failure
 from escort_mj.control.outer_loops import Nsb, OuterLoop
 from escort_mj.control.supervisor import ControlPhase
 from escort_mj.control.trigger import Trigger
+from escort_mj.disturbances import Disturbance
 from escort_mj.estimators import Estimator, Hold
 from escort_mj.knowledge.sight import Sight
 from escort_mj.laws import Law
@@ -25,6 +26,7 @@ class Setup(MissionSetup):
     behaviors: tuple[Behavior, ...]
     law: Law
     laws: tuple[Law, ...] = ()
+    disturbances: tuple[Disturbance, ...] = ()
     outer: OuterLoop = Nsb()
     phases: tuple[ControlPhase, ...] = ()
     trigger: Trigger | None = None

@@ -106,6 +106,3 @@ class InnerLoopSignals(Fields):
         Array, "n", "p", Recorded("N", "force demanded by the law (inner loop), before the force limit")
     ]
     rho_hat: Annotated[Array, "n", "p", Recorded("N", "adaptive estimate of the reference torque")]
-    law_memory: Annotated[
-        Array, "memories", "n", "p", Recorded("1", "what a law integrates of its own; units in `memory_unit`")
-    ]

@@ -7,8 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from escort_mj.components.memory import RATE, keep_rate
 from escort_mj.components.views import LawView
-from escort_mj.laws.law import RATE, Law
+from escort_mj.laws.law import Law
 from escort_mj.native.lanes import WIDTH, Lanes, everywhere, lane_numbers, least, pick, store
 from escort_mj.native.values import Arrays, reader_of
 from escort_mj.numerics import numpy_forms  # noqa: F401 (equations may use them)
@@ -61,9 +62,9 @@ def memory_by(law: type[Law], made: Callable[[Call], Call], equations: Mapping[s
     def after(before: Call, row: int, rate: Call) -> Call:
         def write(parameters: Any, view: Any) -> None:
             before(parameters, view)
-            count = view.e.shape[0] * view.e.shape[1]
-            for at in range(0, count, WIDTH):  # what it writes past the end, the next row writes again
-                store(view.law_memory_rate, row * count + at, rate(parameters, axes_at(view, at)))
+            for at in range(0, view.e.shape[0] * view.e.shape[1], WIDTH):
+                store(view.rate_found, at, rate(parameters, axes_at(view, at)))
+            keep_rate(view, row)
 
         return made(write)
 
@@ -85,7 +86,8 @@ def array_evaluation(law: Law, view: LawView) -> Callable[[], None]:
     if type(law).rho_hat_rate is not Law.rho_hat_rate:  # else whoever calls has written 0
         rates.append(("rho_hat" + RATE, law.rho_hat_rate, view.rho_hat_rate))
     for row, name in enumerate(law.memories()):
-        rates.append((name + RATE, getattr(law, name + RATE), view.law_memory_rate[row]))
+        written = view.component_rate[law.names().first_row(view) + row]
+        rates.append((name + RATE, getattr(law, name + RATE), written))
 
     def evaluate() -> None:
         found = force(r)

@@ -6,11 +6,10 @@ from typing import Any, ClassVar
 from pydantic import PositiveFloat
 
 from escort_mj.components.equations import Equations
+from escort_mj.components.memory import RATE
 from escort_mj.components.views import LAW_OUTPUTS, LawView
 from escort_mj.native.memory import layout_with
 from escort_mj.native.values import Names, Values
-
-RATE = "_rate"  # ends the name of the method that gives the rate of what is integrated
 
 NAMES = (
     *((name, name) for name in ("timestep", "time", "q_measured", "v_measured", "q_d", "v_d")),
@@ -34,10 +33,12 @@ class Law(Equations):
     method: ClassVar[str] = "force"
     view: ClassVar[type] = LawView
     outputs: ClassVar[tuple[str, ...]] = LAW_OUTPUTS
+    scratch: ClassVar[tuple[str, ...]] = ("rate_found",)
     asks: ClassVar[tuple[str, ...]] = ("force", "rho_hat" + RATE)
     moves: ClassVar[str] = RATE
     reads: ClassVar[tuple[tuple[str, str], ...]] = NAMES
-    keeps: ClassVar[str] = "law_memory"
+    keeps: ClassVar[str] = "component_memory"
+    first: ClassVar[str] = "memory_row"
     needs_model: ClassVar[bool] = False
     """Whether it is given mass matrix and bias force."""
     has_lyapunov: ClassVar[bool] = False

@@ -17,6 +17,7 @@ from escort_mj.behaviors.goal import GoalParameters, GoalState
 from escort_mj.behaviors.surface import RadiusParameters, RadiusState
 from escort_mj.behaviors.vertices import VertexParameters, VertexState
 from escort_mj.components.component import ComponentParameters
+from escort_mj.components.memory import MemoryState
 from escort_mj.components.mission import MissionParameters, MissionState
 from escort_mj.components.movers import MoverParameters, MoverState
 from escort_mj.components.obstacles import ObstacleParameters, ObstacleState
@@ -26,6 +27,7 @@ from escort_mj.components.views import BehaviorView, LawView
 from escort_mj.control.controller import ControllerParameters, ControllerState
 from escort_mj.control.custom.calls import CustomState
 from escort_mj.control.deciding import PolicyParameters
+from escort_mj.control.disturbing import DisturbanceParameters, DisturbanceState
 from escort_mj.control.failure import FailureParameters
 from escort_mj.control.harmonics import HarmonicParameters
 from escort_mj.control.inner import InnerLoopParameters, InnerLoopState
@@ -38,6 +40,7 @@ from escort_mj.control.outer_loops.meeting import PaceState
 from escort_mj.control.supervisor import SupervisorParameters, SupervisorState
 from escort_mj.control.trigger import TriggerParameters, TriggerState
 from escort_mj.control.velocity import OuterLoopParameters
+from escort_mj.disturbances.disturbance import DisturbanceView
 from escort_mj.estimators.estimator import EstimatorView, estimator_view
 from escort_mj.knowledge.auction import AuctionParameters, AuctionState
 from escort_mj.knowledge.belief import BeliefParameters, BeliefState
@@ -90,6 +93,7 @@ class Plan(
     StackParameters,
     OuterLoopParameters,
     TriggerParameters,
+    DisturbanceParameters,
     InnerLoopParameters,
     ChordParameters,
     VertexParameters,
@@ -128,6 +132,8 @@ class State(
     TriggerState,
     PaceState,
     DetourState,
+    DisturbanceState,
+    MemoryState,
     InnerLoopState,
     ChordState,
     VertexState,
@@ -169,6 +175,9 @@ BY_ROBOT = (
         "members",
         "mixed",
         "resized",
+        "remembering",
+        "pushed",
+        "blown",
     ),
 )
 LAYOUT = Layout(MAGIC, Plan, State, whole=BY_ROBOT)
@@ -177,6 +186,7 @@ LAYOUT.part(BehaviorView)
 LAYOUT.part(PolicyView)
 LAYOUT.part(EstimatorView)
 LAYOUT.part(RadioView)
+LAYOUT.part(DisturbanceView)
 LAYOUT.part(SensorView)
 
 

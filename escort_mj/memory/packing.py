@@ -15,6 +15,7 @@ from escort_mj.control.custom.native import block_of
 from escort_mj.control.harmonics import sum_of, tabulate
 from escort_mj.control.outer_loops import OUTER_LOOPS
 from escort_mj.control.setup import Setup
+from escort_mj.disturbances import DISTURBANCES
 from escort_mj.estimators import ESTIMATORS
 from escort_mj.laws import LAWS
 from escort_mj.memory.layout import LAYOUT, Plan
@@ -86,7 +87,10 @@ def pack(
     sizes |= {
         "coordinates": coordinates,
         "behaviors": len(setup.kinds),
-        "memories": len(setup.law.memories()),
+        "memories": len(setup.memory),
+        "remembering": n * bool(setup.memory),
+        "pushed": n * bool(setup.disturbances),
+        "blown": n * any(each.draws for each in setup.disturbances),
         "mixed": n * bool(setup.laws),
         "turns": len(values["turns"]) // p,
         "known": n * truth,  # robots whose truth is recorded
@@ -185,6 +189,9 @@ def _functions(setup: Setup) -> dict[str, Any]:
     }
 
 
+SHIPPED = (*LAWS, *OUTER_LOOPS, *ESTIMATORS, *BEHAVIORS, *POLICIES, *RADIOS, *SENSORS, *DISTURBANCES)
+
+
 def _components(setup: Setup) -> dict[str, Any]:
     """Return the parameters of law, outer loop and behaviors as kernels read them, and where each begins."""
     members: dict[str, list[Component]] = {
@@ -196,13 +203,13 @@ def _components(setup: Setup) -> dict[str, Any]:
         "radio_place": [setup.radio] if setup.radio is not None else [],
         "own_sensor_place": [*setup.sensing.own.values()],
         "team_law_place": [*setup.laws],
+        "disturbance_place": [*setup.disturbances],
     }
-    shipped = (*LAWS, *OUTER_LOOPS, *ESTIMATORS, *BEHAVIORS, *POLICIES, *RADIOS, *SENSORS)
     blocks, places, end = [], {name: [0] * 0 for name in members}, 0
     for name, group in members.items():
         for member in group:
             places[name].append(end)
-            if type(member) in shipped:
+            if type(member) in SHIPPED:
                 blocks.append(shipped_layout(type(member)).pack({"p": setup.axes}, member.packed(setup)))
             else:
                 blocks.append(block_of(member, setup.axes))
@@ -211,6 +218,7 @@ def _components(setup: Setup) -> dict[str, Any]:
     return {
         "parameters": np.concatenate(blocks),
         "team_law_place": places["team_law_place"],
+        "disturbance_place": places["disturbance_place"],
         "outer_place": places["outer_place"][0],
         "estimator_place": places["estimator_place"][0],
         "radio_place": places["radio_place"][0] if setup.radio else 0,

@@ -34,6 +34,7 @@ ROOMS = (
         "laws",
         "control",
         "control/outer_loops",
+        "disturbances",
         "estimators",
         "policies",
         "monitor",

@@ -25,15 +25,21 @@ class Names(NamedTuple):
     Attributes:
         fields: Name and field of the view: a number, one in a vector, or an array of axes.
         rows: Name, field, and the row of the field that has such an array, or a number.
+        first: Field with the number of a first row, from which rows count; empty where they count from 0.
     """
 
     fields: tuple[tuple[str, str], ...]
     rows: tuple[tuple[str, str, int], ...] = ()
+    first: str = ""
 
     @property
     def known(self) -> tuple[str, ...]:
         """All names."""
         return (*(name for name, _ in self.fields), *(name for name, *_ in self.rows))
+
+    def first_row(self, view: Any) -> int:
+        """Return the number of the first row."""
+        return int(getattr(view, self.first)[0]) if self.first else 0
 
 
 readers: list[tuple[Callable[..., Any], Names]] = []
@@ -69,7 +75,7 @@ class Axes(Values):
                 return self._read(getattr(self._view, field), None)
         for known, field, row in self._names.rows:
             if known == name:
-                return self._read(getattr(self._view, field), row)
+                return self._read(getattr(self._view, field), self._names.first_row(self._view) + row)
         raise AttributeError(unknown(name, self._names.known))
 
     def _read(self, value: Any, row: int | None) -> Any:
@@ -96,7 +102,7 @@ class Arrays(Values):
             else:
                 self.__dict__[name] = value
         for name, field, row in names.rows:
-            self.__dict__[name] = getattr(view, field)[row]
+            self.__dict__[name] = getattr(view, field)[names.first_row(view) + row]
 
     def __setattr__(self, name: str, value: Any) -> None:
         raise AttributeError(f"{name} cannot be set: equations return their values")
@@ -124,3 +130,23 @@ def reader_of(names: Names) -> Callable[[Any, Any], Any]:
 
     readers.append((axes_at, names))
     return axes_at
+
+
+computed: list[tuple[Callable[..., Any], type, tuple[str, ...]]] = []
+"""Functions that make values of a class, the class, and its parts."""
+
+
+def maker_of(kind: type) -> Callable[..., Any]:
+    """Return a function that makes values of a class, in kernels too, of its annotated parts in their order.
+
+    There, properties and methods of the class are compiled as kernels are.
+
+    Args:
+        kind: Its `__init__` keeps the parts under their names, and does nothing else.
+    """
+
+    def make(*parts: Any) -> Any:
+        return kind(*parts)
+
+    computed.append((make, kind, tuple(kind.__annotations__)))
+    return make

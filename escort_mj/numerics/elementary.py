@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from escort_mj.native.kernels import DOUBLE, inlined, stack_memory, vector_at
 from escort_mj.native.lanes import WIDTH, Lanes, any_of, copysign, least, load, root, store, two_to, where
 
@@ -99,6 +101,28 @@ def sine_and_cosine(x: Lanes) -> tuple[Lanes, Lanes]:
     sine = where(quarter < -0.5, -sine, where(quarter > 1.5, -sine, sine))
     cosine = where(quarter > 0.5, -cosine, where(quarter < -1.5, -cosine, cosine))
     return sine, cosine
+
+
+@inlined
+def logarithm(x: Lanes) -> Lanes:
+    """Natural logarithm, with libm, one by one."""
+    numbers = vector_at(stack_memory(), WIDTH)
+    store(numbers, 0, x)
+    for lane in range(WIDTH):
+        numbers[lane] = np.log(numbers[lane])
+    return load(numbers, 0)
+
+
+@inlined
+def power(x: Lanes, y: Lanes) -> Lanes:
+    """One to the power of the other, with libm, one by one."""
+    memory = stack_memory()
+    bases, exponents = vector_at(memory, WIDTH), vector_at(memory + DOUBLE * WIDTH, WIDTH)
+    store(bases, 0, x)
+    store(exponents, 0, y)
+    for lane in range(WIDTH):
+        bases[lane] = bases[lane] ** exponents[lane]
+    return load(bases, 0)
 
 
 @inlined

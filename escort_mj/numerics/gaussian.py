@@ -12,7 +12,8 @@ from escort_mj.numerics.noise import philox
 
 Array = NDArray[np.float64]
 
-SIGHT, RADIO, START, POLICY, LIDAR, SENSOR = 4, 5, 6, 7, 8, 10  # uses of streams, after those of `noise`
+SIGHT, RADIO, START, POLICY, LIDAR, DISTURBANCE, SENSOR = range(4, 11)
+"""Uses of streams, after those of `noise`."""
 _UNUSED = np.uint64(11)  # bits of a word beyond what a double holds
 _WORDS = 4  # of a block
 

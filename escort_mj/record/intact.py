@@ -127,7 +127,7 @@ def _shape_faults(trace: Recorded) -> Iterator[str]:
         OPPONENTS: "opponent_status",
         TEAMS: "member_of",
         MOVERS: "mover_work",
-        MEMORIES: "law_memory",
+        MEMORIES: "component_memory",
         READINGS: "readings",
         SEVERAL: "point_speed_max",
         RADII: "kept_radius",
@@ -148,7 +148,7 @@ def _shape_faults(trace: Recorded) -> Iterator[str]:
     if channels[WATCHES]:
         wanted["watch"] = ("watch",), "OUST"
     if channels[MEMORIES]:
-        wanted["memory"] = wanted["memory_unit"] = ("memory",), "OUST"
+        wanted |= dict.fromkeys(("memory", "memory_unit", "memory_truth"), (("memory",), "OUST"))
     if channels[READINGS]:
         wanted["reading"] = wanted["reading_unit"] = ("reading",), "OUST"
     if channels[MOVERS]:

@@ -408,8 +408,9 @@ def _coordinates(sizes: Mapping[str, int], labels: Mapping[str, Any]) -> dict[Ha
     if labels.get("watches"):
         found["watch"] = names("watch", "watches", "what expectations ask about every physics step")
     if labels.get("memories"):
-        found["memory"] = names("memory", "memories", "what the law integrates of its own")
+        found["memory"] = names("memory", "memories", "component, and what it integrates of its own")
         found["memory_unit"] = names("memory", "memory_units", "its unit")
+        found["memory_truth"] = names("memory", "memory_truths", "signal that it estimates; empty for none")
     if labels.get("readings"):
         found["reading"] = names("reading", "readings", "what sensors show and keep of their own")
         found["reading_unit"] = names("reading", "reading_units", "its unit")

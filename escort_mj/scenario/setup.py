@@ -84,6 +84,7 @@ def controller_setup(
         target=target,
         **_knowledge(scenario, len(robots.mass)),
         disturbance=disturbance_trajectory(scenario),
+        disturbances=tuple(each for each in scenario.uncertainty.disturbances if not each.of_time),
         failures=scenario.robots.failures,
         reforming=_reforming(scenario, robots),
         phases=_phases(scenario),

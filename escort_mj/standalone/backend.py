@@ -114,8 +114,8 @@ class Backend:
         state.rho_hat[returned] = self._plan.estimate_at_start[returned, None]
         for array in (state.q_d_rate, state.rho_hat_rate):
             array[returned] = 0.0
-        for array in (state.law_memory, state.law_memory_rate):
-            array[:, returned] = 0.0
+        for array in (state.component_memory, state.component_rate):
+            array[: len(setup.law_memory), returned] = 0.0
 
     def apply(self, force: Array) -> None:
         """Take over the forces that robots really get, shape (n, p) [N]."""

@@ -195,7 +195,7 @@ class Controller:
         if not self._options["simulate"]:
             ranges = Sensors(robots=setup.sensing.robots, obstacles=setup.sensing.obstacles)
             figures = setup.reforming if setup.teams else None  # teams that get another robot need them
-            setup = replace(setup, sensing=ranges, disturbance=None, failures=(), reforming=figures)
+            setup = replace(setup, sensing=ranges, failures=(), reforming=figures).undisturbed()
             setup = replace(setup, sight=None, radio=None)
         if self.limits is not None and self.limits.drops:
             setup = replace(setup, failures=who_may_be_lost(setup))

@@ -40,7 +40,7 @@ def _outlines(scenario: Scenario) -> list[list[list[float]]]:
 
 def labels_of(scenario: Scenario, world: World) -> dict[str, Any]:
     """What the trace says of the mission beside its signals."""
-    setup, memories = world.setup, world.setup.law.memories()
+    setup, memories = world.setup, world.setup.memory
     readings = readings_of(setup.sensing.own, setup.axes)
     (neighbors, spacing), lidar = setup.edges, setup.sensing.lidar
     edge_team = setup.members[neighbors[:, 0]]
@@ -68,6 +68,7 @@ def labels_of(scenario: Scenario, world: World) -> dict[str, Any]:
         "watches": [watch.label for watch in world.watches],
         "memories": [*memories],
         "memory_units": [memory.unit for memory in memories.values()],
+        "memory_truths": [memory.truth for memory in memories.values()],
         "readings": [*readings],
         "reading_units": [*readings.values()],
         "movers": [

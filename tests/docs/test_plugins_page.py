@@ -55,21 +55,21 @@ def page(compiled, tmp_path_factory):
 
 
 def test_every_command_succeeds_as_printed(page):
-    assert len(page[1]) == 19
+    assert len(page[1]) == 21
 
 
 def test_nothing_that_is_checked_is_wrong(page):
     checks = [lines for command, lines in page[1].items() if "check-plugin" in command]
-    assert len(checks) == 10
+    assert len(checks) == 11
     assert all(line.startswith("  ok") for lines in checks for line in lines.splitlines())
-    assert ["forms agree" in lines for lines in checks] == [False, True, True, True] + 6 * [False]
+    assert ["forms agree" in lines for lines in checks] == [False, True, True, True] + 7 * [False]
 
 
 def test_verdicts_of_the_page_hold(page):
     runs = [lines for command, lines in page[1].items() if command.split()[1] == "run"]
-    assert len(runs) == 9
-    assert "bearing_gap" in runs[7]
-    assert "together" in runs[7]
+    assert len(runs) == 10
+    assert "bearing_gap" in runs[8]
+    assert "together" in runs[8]
 
 
 def test_the_examples_are_those_of_the_page(page):

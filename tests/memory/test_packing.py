@@ -16,6 +16,9 @@ GIVEN_APART = {
         "level_place",
         "mover_place",
         "team_law_place",
+        "disturbance_place",
+        "radio_place",
+        "own_sensor_place",
     ),  # blocks of components, one behind the other
     *(
         "code",

@@ -227,8 +227,8 @@ class ReferenceController:
             self._law_memory = self._law_memory + setup.timestep * self._law_memory_rate
         robots = LawView(
             setup.timestep, law.slope, np.array([t]), q_m, v_m, self.q_d, v_d, e, e_dot, s, setup.force_limit,
-            mass.reshape(len(q), -1), bias, self._a_d, self.rho_hat, self._law_memory, np.zeros_like(e),
-            np.zeros_like(e), np.zeros_like(self._law_memory),
+            mass.reshape(len(q), -1), bias, self._a_d, self.rho_hat, self._law_memory, np.zeros(1),
+            np.zeros_like(e), np.zeros_like(e), np.zeros_like(self._law_memory), np.zeros_like(e),
         )  # fmt: skip
         tau, rate = np.zeros_like(e), np.zeros_like(e)
         for number, each in enumerate(setup.all_laws):
@@ -236,7 +236,7 @@ class ReferenceController:
             robots.rho_hat_rate[:] = 0.0
             force(each, robots)  # type: ignore[attr-defined]
             tau[mine], rate[mine] = robots.tau[mine], robots.rho_hat_rate[mine]
-        self._law_memory_rate = robots.law_memory_rate
+        self._law_memory_rate = robots.component_rate
 
         anti_windup = setup.by_robot("anti_windup", members)[:, None] > 0.0
         outward = (np.abs(tau) > setup.force_limit[:, None]) & (s * tau > 0.0) & anti_windup

@@ -29,8 +29,6 @@ NEVER = 1e300
 class CustomState(Fields):
     """What plugins' components write, and what is kept for them."""
 
-    law_memory_rate: Annotated[Array, "memories", "n", "p", Value("1/s", "rates of `law_memory`")]
-    law_memory_time: Annotated[Array, 1, Value("s", "up to which it is integrated")]
     wish_direction: Annotated[Array, "p", Value("1", "what a behavior says of one robot")]
     wish_velocity: Annotated[Array, "p", Value("m/s", "likewise")]
     wish_error: Annotated[Array, 1, Value("m", "likewise")]
@@ -153,6 +151,26 @@ def custom_radio(question: int, plan: Plan, state: State) -> None:
     if failed or not math.isfinite(total):
         state.message_due[0], state.message_lost[0] = NEVER, 1.0
         state.message_delay[0] = 0.0
+
+
+@on_demand
+def custom_disturbance(d: int, plan: Plan, state: State) -> None:
+    """Has a plugin's disturbance write its forces; where it fails, they are no numbers."""
+    n, p = state.q.shape
+    plan_at, state_at = view_addresses(state)
+    block = data_address(plan.parameters) + DOUBLE * int(plan.disturbance_place[d])
+    function, status = _function(block), 1
+    if function != 0:
+        status, _ = call_function(function, (block, block, plan_at, state_at))
+    failed = status != 0 and status != NONE
+    if failed:
+        note_failure(block, plan_at, state_at, -1)
+    for i in range(n):
+        for k in range(p):
+            if failed:
+                state.disturbance_force[i, k] = math.nan
+            elif not math.isfinite(state.disturbance_force[i, k]):
+                note_failure(block, plan_at, state_at, NO_NUMBER - i)
 
 
 @on_demand

@@ -16,9 +16,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from escort_mj.components.component import Component, kind_of, layout_of
+from escort_mj.components.component import Component, layout_of
 from escort_mj.components.equations import Equations
+from escort_mj.components.parameters import kind_of
 from escort_mj.components.views import LawView
+from escort_mj.disturbances import Disturbance
+from escort_mj.disturbances.evaluation import pushing_by
 from escort_mj.errors import CompilerMissingError, PluginError
 from escort_mj.laws.evaluation import array_evaluation, evaluation_by, memory_by
 from escort_mj.laws.law import Law
@@ -28,6 +31,7 @@ from escort_mj.native.kernels import DOUBLE, external, place, vector_at
 from escort_mj.native.lanes import WIDTH, store
 from escort_mj.native.memory import Layout, layout_with
 from escort_mj.native.on_demand import CLASSES
+from escort_mj.native.vectors import Vec
 from escort_mj.plugin_calls import place_of, step
 from escort_mj.radios.radio import Radio, answering_by
 from escort_mj.sensors.sensor import Sensor, showing_by
@@ -172,6 +176,8 @@ def evaluating(
     """
     if issubclass(model, Radio):
         return answering_by(model, made, equations)
+    if issubclass(model, Disturbance):
+        return pushing_by(model, made, equations)
     if issubclass(model, Sensor):
         return showing_by(model, made, equations)
     assert issubclass(model, Law)
@@ -243,6 +249,9 @@ def _in_python(own: Any, view: Any) -> Callable[..., Any]:
     model = type(own)
     if isinstance(own, Law):
         return array_evaluation(own, view)
+    if isinstance(own, Disturbance):
+        vectors = {name: _returning_vectors(name, function) for name, function in model.equations().items()}
+        return partial(_with_any_lanes, evaluating(model, lambda function: function, vectors), own, view)
     if isinstance(own, Equations):
         equations = {name: _returning(name, function) for name, function in model.equations().items()}
         return partial(evaluating(model, lambda function: function, equations), own, view)
@@ -261,6 +270,24 @@ def _returning(name: str, function: Callable[..., Any]) -> Callable[..., float]:
         return float(found)
 
     return evaluate
+
+
+def _returning_vectors(name: str, function: Callable[..., Any]) -> Callable[..., Vec]:
+    """Return an equation of vectors; what it returns is looked at."""
+
+    def evaluate(own: Any, r: Any) -> Vec:
+        found = function(own, r)
+        if not isinstance(found, Vec):
+            raise TypeError(f"{name} returned {type(found).__name__}; expected a vector, such as r.q")
+        return found
+
+    return evaluate
+
+
+def _with_any_lanes(evaluate: Callable[..., None], own: Any, view: Any) -> None:
+    """Evaluate equations of eight robots at a time: lanes past the last robot hold anything."""
+    with np.errstate(all="ignore"):
+        evaluate(own, view)
 
 
 def _time(plan: int, state: int) -> float:

@@ -10,7 +10,7 @@ from llvmlite import ir
 
 from escort_mj.native import artifacts, cache, kernels, memory, on_demand
 from escort_mj.native import values as named
-from escort_mj.native.compiler import lanes, machine, uint64_lanes, values, views  # noqa: F401
+from escort_mj.native.compiler import lanes, machine, uint64_lanes, values, vectors, views  # noqa: F401
 from escort_mj.native.compiler.numba_parts import (
     AbstractTemplate,
     ConcreteTemplate,
@@ -55,10 +55,14 @@ def teach() -> None:
     """Tells numba of everything declared so far."""
     for viewer in _news(memory.viewers):
         views.teach_viewer(*viewer)
+    for kind, function in _news(memory.narrowers):
+        views.teach_narrower(kind, function)
     for function, names in _news(named.readers):
         values.teach_axes(function, names)
     for how, function in _news(kernels.declared):
         _teach_kernel(how, function)
+    for function, kind, names in _news(named.computed):
+        values.teach_computed(function, kind, names, _inlined)
     for function, count, written in _news(named.numpy_forms):
         lanes.teach_function(function, count, written)
     for function in _news(on_demand.declared):
@@ -83,11 +87,20 @@ _kept: list[Any] = []  # numba's types hold them weakly
 
 
 def _teach_kernel(how: str, function: Any) -> None:
-    dispatcher = njit(**HOW[how], **ALONE, **OPTIONS)(function)
-    _kept.append(dispatcher)
+    dispatcher = _dispatcher(how, function)
     if how == "merged":  # so numba knows what to merge
         function.py_func, function.targetoptions = function, HOW[how]
     infer_global(function, types.Dispatcher(dispatcher))
+
+
+def _inlined(function: Any) -> Any:
+    return _dispatcher("inlined", function)
+
+
+def _dispatcher(how: str, function: Any) -> Any:
+    dispatcher = njit(**HOW[how], **ALONE, **OPTIONS)(function)
+    _kept.append(dispatcher)
+    return dispatcher
 
 
 def types_of(function: Any, axes: int | None) -> Any:

@@ -38,7 +38,7 @@ class _MaskType(types.Type):
 
 
 lanes, mask = _LanesType(), _MaskType()
-_DOUBLES = ir.VectorType(ir.DoubleType(), WIDTH)
+LANES = ir.VectorType(ir.DoubleType(), WIDTH)
 _BITS = ir.VectorType(ir.IntType(1), WIDTH)
 _INT = ir.IntType(32)
 _CONTRACT = ("contract",)  # as kernels.OPTIONS has it for floats
@@ -47,7 +47,7 @@ _CONTRACT = ("contract",)  # as kernels.OPTIONS has it for floats
 @register_model(_LanesType)
 class _LanesModel(models.PrimitiveModel):
     def __init__(self, manager: Any, kind: types.Type) -> None:
-        super().__init__(manager, kind, _DOUBLES)
+        super().__init__(manager, kind, LANES)
 
 
 @register_model(_MaskType)
@@ -108,16 +108,31 @@ def teach_function(function: Any, count: int, written: Callable[..., Any]) -> No
 
 
 def _wide(builder: Any, value: Any) -> Any:
-    return spread(builder, value, _DOUBLES)
+    return spread(builder, value, LANES)
 
 
 def _binary(function: Any, result: types.Type, generate: Callable[[Any, Any, Any], Any]) -> None:
-    teach_operator(function, result, lanes, types.float64, _DOUBLES, generate)
+    teach_operator(function, result, lanes, types.float64, LANES, generate)
 
 
-_binary(operator.add, lanes, lambda b, x, y: b.fadd(x, y, flags=_CONTRACT))
-_binary(operator.sub, lanes, lambda b, x, y: b.fsub(x, y, flags=_CONTRACT))
-_binary(operator.mul, lanes, lambda b, x, y: b.fmul(x, y, flags=_CONTRACT))
+def add(builder: Any, x: Any, y: Any) -> Any:
+    """Sum of two lanes."""
+    return builder.fadd(x, y, flags=_CONTRACT)
+
+
+def subtract(builder: Any, x: Any, y: Any) -> Any:
+    """Difference of two lanes."""
+    return builder.fsub(x, y, flags=_CONTRACT)
+
+
+def multiply(builder: Any, x: Any, y: Any) -> Any:
+    """Product of two lanes."""
+    return builder.fmul(x, y, flags=_CONTRACT)
+
+
+_binary(operator.add, lanes, add)
+_binary(operator.sub, lanes, subtract)
+_binary(operator.mul, lanes, multiply)
 _binary(operator.truediv, lanes, lambda b, x, y: b.fdiv(x, y))
 _binary(operator.lt, mask, lambda b, x, y: b.fcmp_ordered("<", x, y))
 _binary(operator.gt, mask, lambda b, x, y: b.fcmp_ordered(">", x, y))
@@ -148,7 +163,7 @@ def _called(name: str) -> Callable[[Any, Any, Any, Any], Any]:
     """Lowers to LLVM's own function of lanes."""
 
     def generate(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
-        kind = ir.FunctionType(_DOUBLES, [_DOUBLES] * len(arguments))
+        kind = ir.FunctionType(LANES, [LANES] * len(arguments))
         function = cgutils.get_or_insert_function(builder.module, kind, f"llvm.{name}.v{WIDTH}f64")
         return builder.call(function, [_wide(builder, value) for value in arguments])
 
@@ -241,12 +256,6 @@ def _everywhere(context: Any, x: Any) -> Any:
     return lanes(x), lambda context, builder, sig, arguments: _wide(builder, arguments[0])
 
 
-def _address(context: Any, builder: Any, kind: types.Array, array: Any, at: Any) -> Any:
-    """Pointer to a number of an array of any shape, counted as in a flat one."""
-    data = context.make_array(kind)(context, builder, array).data
-    return builder.gep(data, [at])
-
-
 @instructions_of(names.load)
 def _load(context: Any, array: Any, at: Any) -> Any:
     def generate(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
@@ -258,7 +267,7 @@ def _load(context: Any, array: Any, at: Any) -> Any:
 
 def load_at(builder: Any, data: Any, at: Any) -> Any:
     """Lanes in a row from a place on."""
-    return builder.load(builder.bitcast(builder.gep(data, [at]), _DOUBLES.as_pointer()), align=DOUBLE)
+    return builder.load(builder.bitcast(builder.gep(data, [at]), LANES.as_pointer()), align=DOUBLE)
 
 
 @instructions_of(names.gather)
@@ -268,14 +277,19 @@ def _gather(context: Any, array: Any, at: Any, stride: Any) -> Any:
             context.cast(builder, value, kind, types.intp)
             for value, kind in zip(arguments[1:], sig.args[1:], strict=True)
         )
-        found = ir.Constant(_DOUBLES, ir.Undefined)
-        for lane in range(WIDTH):
-            number = builder.load(_address(context, builder, sig.args[0], arguments[0], at))
-            found = builder.insert_element(found, number, _INT(lane))
-            at = builder.add(at, stride)
-        return found
+        data = context.make_array(sig.args[0])(context, builder, arguments[0]).data
+        return gather_at(builder, data, at, stride)
 
     return lanes(array, at, stride), generate
+
+
+def gather_at(builder: Any, data: Any, at: Any, stride: Any) -> Any:
+    """Lanes from a place on, so far apart."""
+    found = ir.Constant(LANES, ir.Undefined)
+    for lane in range(WIDTH):
+        found = builder.insert_element(found, builder.load(builder.gep(data, [at])), _INT(lane))
+        at = builder.add(at, stride)
+    return found
 
 
 @instructions_of(names.pick)
@@ -289,7 +303,7 @@ def _pick(context: Any, array: Any, places: Any) -> Any:
 
 def pick_at(builder: Any, data: Any, places: Any) -> Any:
     """Lanes from anywhere: places are whole floats."""
-    found = ir.Constant(_DOUBLES, ir.Undefined)
+    found = ir.Constant(LANES, ir.Undefined)
     whole = builder.fptosi(places, ir.VectorType(ir.IntType(64), WIDTH))
     for lane in range(WIDTH):
         number = builder.load(builder.gep(data, [builder.extract_element(whole, _INT(lane))]))
@@ -300,24 +314,33 @@ def pick_at(builder: Any, data: Any, places: Any) -> Any:
 @instructions_of(names.lane_numbers)
 def _lane_numbers(context: Any) -> Any:
     def generate(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
-        return ir.Constant(_DOUBLES, [float(lane) for lane in range(WIDTH)])
+        return ir.Constant(LANES, [float(lane) for lane in range(WIDTH)])
 
     return lanes(), generate
 
 
-def _whole(context: Any, builder: Any, sig: Any, arguments: Any, count: int) -> list[Any]:
-    """Pointers to so many lanes in a row, of an array and a place in it, the first two arguments."""
-    at = context.cast(builder, arguments[1], sig.args[1], types.intp)
+def _whole(builder: Any, data: Any, at: Any, count: int) -> list[Any]:
+    """Pointers to so many lanes in a row, from a place on."""
     places = [builder.add(at, at.type(WIDTH * k)) for k in range(count)]
-    pointers = [_address(context, builder, sig.args[0], arguments[0], place) for place in places]
-    return [builder.bitcast(pointer, _DOUBLES.as_pointer()) for pointer in pointers]
+    return [builder.bitcast(builder.gep(data, [place]), LANES.as_pointer()) for place in places]
+
+
+def store_at(builder: Any, data: Any, at: Any, x: Any) -> None:
+    """Store lanes in a row from a place on."""
+    (pointer,) = _whole(builder, data, at, 1)
+    builder.store(x, pointer, align=DOUBLE)
+
+
+def _place(context: Any, builder: Any, sig: Any, arguments: Any) -> tuple[Any, Any]:
+    """Where an array's numbers are, and a place in them: the first two arguments."""
+    data = context.make_array(sig.args[0])(context, builder, arguments[0]).data
+    return data, context.cast(builder, arguments[1], sig.args[1], types.intp)
 
 
 @instructions_of(names.store)
 def _store(context: Any, array: Any, at: Any, x: Any) -> Any:
     def generate(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
-        (pointer,) = _whole(context, builder, sig, arguments, 1)
-        builder.store(_wide(builder, arguments[2]), pointer, align=DOUBLE)
+        store_at(builder, *_place(context, builder, sig, arguments), _wide(builder, arguments[2]))
         return context.get_dummy_value()
 
     return types.void(array, at, x), generate
@@ -330,14 +353,18 @@ def _scatter(context: Any, array: Any, at: Any, stride: Any, x: Any) -> Any:
             context.cast(builder, value, kind, types.intp)
             for value, kind in zip(arguments[1:3], sig.args[1:3], strict=True)
         )
-        wide = _wide(builder, arguments[3])
-        for lane in range(WIDTH):
-            number = builder.extract_element(wide, _INT(lane))
-            builder.store(number, _address(context, builder, sig.args[0], arguments[0], place))
-            place = builder.add(place, stride)
+        data = context.make_array(sig.args[0])(context, builder, arguments[0]).data
+        scatter_at(builder, data, place, stride, _wide(builder, arguments[3]))
         return context.get_dummy_value()
 
     return types.void(array, at, stride, x), generate
+
+
+def scatter_at(builder: Any, data: Any, at: Any, stride: Any, x: Any) -> None:
+    """Store lanes from a place on, so far apart."""
+    for lane in range(WIDTH):
+        builder.store(builder.extract_element(x, _INT(lane)), builder.gep(data, [at]))
+        at = builder.add(at, stride)
 
 
 def _chosen(builder: Any, rows: Sequence[Any], places: Sequence[tuple[int, int]]) -> Any:
@@ -352,47 +379,54 @@ def _chosen(builder: Any, rows: Sequence[Any], places: Sequence[tuple[int, int]]
     return found
 
 
-def _woven(count: int) -> tuple[Callable[..., Any], Callable[..., Any]]:
-    """How rows of tuples of so many numbers are read, as lanes of each, and written."""
+def read_woven(builder: Any, data: Any, at: Any, count: int) -> list[Any]:
+    """Lanes of each number of eight tuples of so many numbers, in a row from a place on."""
+    rows = [builder.load(pointer, align=DOUBLE) for pointer in _whole(builder, data, at, count)]
+    return [
+        _chosen(builder, rows, [divmod(lane * count + k, WIDTH) for lane in range(WIDTH)])
+        for k in range(count)
+    ]
+
+
+def write_woven(builder: Any, data: Any, at: Any, columns: Sequence[Any]) -> None:
+    """Store lanes of each number of eight tuples, in a row from a place on."""
+    count = len(columns)
+    for number, pointer in enumerate(_whole(builder, data, at, count)):
+        places = [divmod(number * WIDTH + lane, count)[::-1] for lane in range(WIDTH)]
+        builder.store(_chosen(builder, columns, places), pointer, align=DOUBLE)
+
+
+def _reading_woven(count: int) -> Callable[..., Any]:
     kinds = types.UniTuple(lanes, count)
 
     def read(context: Any, array: Any, at: Any) -> Any:
         def generate(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
-            pointers = _whole(context, builder, sig, arguments, count)
-            rows = [builder.load(pointer, align=DOUBLE) for pointer in pointers]
-            found = [
-                _chosen(builder, rows, [divmod(lane * count + k, WIDTH) for lane in range(WIDTH)])
-                for k in range(count)
-            ]
+            found = read_woven(builder, *_place(context, builder, sig, arguments), count)
             return context.make_tuple(builder, kinds, found)
 
         return kinds(array, at), generate
 
-    def write(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
-        pointers = _whole(context, builder, sig, arguments, count)
-        columns = [_wide(builder, value) for value in arguments[2:]]
-        for number, pointer in enumerate(pointers):
-            places = [divmod(number * WIDTH + lane, count)[::-1] for lane in range(WIDTH)]
-            builder.store(_chosen(builder, columns, places), pointer, align=DOUBLE)
-        return context.get_dummy_value()
-
-    return read, write
+    return read
 
 
-_read_pairs, _write_pairs = _woven(2)
-_read_triples, _write_triples = _woven(3)
-instructions_of(names.load_pairs)(_read_pairs)
-instructions_of(names.load_triples)(_read_triples)
+def _write_woven(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
+    columns = [_wide(builder, value) for value in arguments[2:]]
+    write_woven(builder, *_place(context, builder, sig, arguments), columns)
+    return context.get_dummy_value()
+
+
+instructions_of(names.load_pairs)(_reading_woven(2))
+instructions_of(names.load_triples)(_reading_woven(3))
 
 
 @instructions_of(names.store_pairs)
 def _store_pairs(context: Any, array: Any, at: Any, x: Any, y: Any) -> Any:
-    return types.void(array, at, x, y), _write_pairs
+    return types.void(array, at, x, y), _write_woven
 
 
 @instructions_of(names.store_triples)
 def _store_triples(context: Any, array: Any, at: Any, x: Any, y: Any, z: Any) -> Any:
-    return types.void(array, at, x, y, z), _write_triples
+    return types.void(array, at, x, y, z), _write_woven
 
 
 @instructions_of(names.two_to)
@@ -402,7 +436,7 @@ def _two_to(context: Any, shifted: Any) -> Any:
         bits = builder.bitcast(arguments[0], integers)
         exponent = builder.add(bits, ir.Constant(integers, [1023] * WIDTH))
         exponent = builder.shl(exponent, ir.Constant(integers, [52] * WIDTH))
-        return builder.bitcast(exponent, _DOUBLES)
+        return builder.bitcast(exponent, LANES)
 
     return lanes(shifted), generate
 

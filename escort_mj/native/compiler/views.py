@@ -26,7 +26,7 @@ from escort_mj.native.compiler.numba_parts import (
 )
 from escort_mj.native.fields import Extent
 from escort_mj.native.kernels import DOUBLE
-from escort_mj.native.memory import AXES, Field, Layout
+from escort_mj.native.memory import AXES, Field, Layout, layout_with
 from escort_mj.native.values import unknown
 
 _LAYOUTS: dict[str, tuple[Layout, type]] = {}
@@ -101,6 +101,17 @@ def teach_viewer(layout: Layout, kind: type, function: Any) -> None:
         return model._getvalue()
 
 
+def teach_narrower(kind: type, function: Any) -> None:
+    """Tells numba of a function that views a part of the state, see `memory.narrower`."""
+    name = f"{function.__module__}.{function.__name__}"
+    _LAYOUTS[name] = layout_with(kind), kind
+
+    @instructions_of(function)
+    def narrow(context: Any, state: Any) -> Any:
+        found = ViewType(name, state.axes)
+        return found(state), lambda context, builder, signature, arguments: arguments[0]
+
+
 @instructions_of(kernels.view_addresses)
 def _view_addresses(context: Any, view: Any) -> Any:
     pair = types.UniTuple(types.intp, 2)
@@ -130,6 +141,22 @@ def type_of_field(view: ViewType, name: str) -> types.Type:
     return _KINDS[field.kind]
 
 
+def _number(context: Any, builder: Any, model: Any, place: int) -> Any:
+    """A number of the header, which no kernel ever changes: the compiler may keep it."""
+    address = builder.add(model.plan, context.get_value_type(types.intp)(DOUBLE * place))
+    number = builder.load(builder.inttoptr(address, ir.DoubleType().as_pointer()))
+    number.set_metadata("invariant.load", builder.module.add_metadata([]))
+    return number
+
+
+def number_of_axes(context: Any, builder: Any, view: ViewType, value: Any) -> Any:
+    """Machine code that says how many axes there are."""
+    word, model = context.get_value_type(types.intp), context.make_helper(builder, view, value=value)
+    if view.axes is not None:
+        return word(view.axes)
+    return builder.fptosi(_number(context, builder, model, view.dimensions[AXES]), word)
+
+
 @lower_getattr_generic(ViewType)
 def read_field(context: Any, builder: Any, view: ViewType, value: Any, name: str) -> Any:
     """Machine code that reads a field."""
@@ -137,11 +164,7 @@ def read_field(context: Any, builder: Any, view: ViewType, value: Any, name: str
     field, word = view.fields[name], context.get_value_type(types.intp)
 
     def load(place: int) -> Any:
-        """A number of the header, which no kernel ever changes: the compiler may keep it."""
-        address = builder.add(model.plan, word(DOUBLE * place))
-        number = builder.load(builder.inttoptr(address, ir.DoubleType().as_pointer()))
-        number.set_metadata("invariant.load", builder.module.add_metadata([]))
-        return number
+        return _number(context, builder, model, place)
 
     def extent(factors: Extent) -> Any:
         product = word(1)

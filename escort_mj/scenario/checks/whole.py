@@ -11,6 +11,7 @@ from escort_mj.behaviors import Headed, Surface
 from escort_mj.expectations.expectation import watches_of
 from escort_mj.numerics.steps import last_step
 from escort_mj.robots.modeled import ModeledKind
+from escort_mj.scenario.checks.disturbances import check_disturbances
 from escort_mj.scenario.checks.expectations import check_bounds, check_sides, check_told, check_windows
 from escort_mj.scenario.checks.failures import check_failures
 from escort_mj.scenario.checks.goals import check_formations, check_goals, check_one_way, check_target
@@ -135,11 +136,12 @@ def trace_size(scenario: Scenario) -> float:
     several = any(isinstance(kind, ModeledKind) for kind in kinds_of(scenario))
     rays = ray_count(lidar, axes) if lidar is not None and lidar.record else 0
     opponents, teams = sum(group.count for group in scenario.opponents), len(scenario.teams)
+    keeping = [*dict.fromkeys(scenario.laws), *scenario.uncertainty.disturbances]
+    memories = sum(len(type(each).memories()) for each in keeping)
     resized = any(isinstance(each, Surface) and each.changes for stack in stacks for each in stack)
     sizes |= channel_sizes(
         driven, headed, informed, axes, slots, rays, opponents, teams, moving, several,
-        resized, len(watches_of(scenario.expect)), len(scenario.laws[0].memories()),
-        len(readings_of(scenario.sensing.own, axes)),
+        resized, len(watches_of(scenario.expect)), memories, len(readings_of(scenario.sensing.own, axes)),
     )  # fmt: skip
     samples = scenario.duration * scenario.recording.rate + 1.0
     return 8.0 * record_size(sizes) * samples
@@ -158,6 +160,7 @@ SHAPES: tuple[tuple[Check, tuple[str, ...]], ...] = (
     (check_around, ("robots", "mission", "teams")),
     (check_kinds, ("axes", "robots")),
     (check_motion, ("axes", "duration", "target", "uncertainty", "obstacles")),
+    (check_disturbances, ("axes", "duration", "uncertainty")),
     (check_formations, ("axes", "duration", "target", "robots", "mission")),
     (check_obstacles, ("axes", "physics", "obstacles")),
     (check_walls, ("axes", "walls")),

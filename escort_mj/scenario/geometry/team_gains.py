@@ -9,7 +9,7 @@ from escort_mj.laws import Law
 from escort_mj.laws.gains import LAWS_WITH_A_RULE, Rate, Robot, gains_of, rate_of
 from escort_mj.scenario.geometry.placement import Placement, gravity_of, robot_count
 from escort_mj.scenario.geometry.placement import team as placed
-from escort_mj.scenario.schema.scenario import Scenario
+from escort_mj.scenario.schema.scenario import Scenario, Uncertainty
 
 STEPS = 1.5  # delay of a controller that samples, in steps: it holds its force for one
 
@@ -91,5 +91,5 @@ def _robot(scenario: Scenario, robots: Placement, index: int) -> Robot | None:
         delay += max((damping / stiffness for damping, stiffness in loops if stiffness > 0.0), default=0.0)
     noise, speed_noise = (each.deviation(scenario.axes) for each in (sensing.position, sensing.velocity))
     most = scenario.mission.max_speed or math.inf
-    disturbed = scenario.uncertainty.disturbance is not None or not kind.flies
+    disturbed = scenario.uncertainty != Uncertainty() or not kind.flies
     return Robot(effective, delay, limit, noise, speed_noise, most, kind.swing(gravity), disturbed)

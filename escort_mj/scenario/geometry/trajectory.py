@@ -37,6 +37,29 @@ class Piecewise:
 
 
 @dataclass(frozen=True)
+class Sum:
+    """A sum of functions of time.
+
+    Attributes:
+        terms: What is added; at least one.
+    """
+
+    terms: tuple[Expression, ...]
+
+    def evaluate(self, t: float | Array) -> Dual:
+        """Value and exact time derivative at t [s], each of t's shape."""
+        values, rates = zip(*(term.evaluate(t) for term in self.terms), strict=True)
+        return sum(values), sum(rates)
+
+    def instructions(self) -> list[tuple[float, float, float]]:
+        """Instructions for the compiled stack machine."""
+        code: list[tuple[float, float, float]] = [*self.terms[0].instructions()]
+        for term in self.terms[1:]:
+            code += [*term.instructions(), (Op.ADD, 0.0, 0.0)]
+        return code
+
+
+@dataclass(frozen=True)
 class Trajectory:
     """One function of time per axis.
 
@@ -44,7 +67,7 @@ class Trajectory:
         components: The functions, p of them.
     """
 
-    components: tuple[Expression | Piecewise, ...]
+    components: tuple[Expression | Piecewise | Sum, ...]
 
     def position(self, t: float | Array) -> Array:
         """Value at t [s], shape (p,) for one time or (len(t), p) for many."""
@@ -92,9 +115,11 @@ def target_trajectory(scenario: Scenario) -> Trajectory:
 
 
 def disturbance_trajectory(scenario: Scenario) -> Trajectory | None:
-    """Force that disturbs every robot [N]; None for none."""
-    disturbance = scenario.uncertainty.disturbance
-    return None if disturbance is None else Trajectory(tuple(map(Expression, disturbance)))
+    """Force on every robot by all disturbances that depend on time alone [N]; None for none."""
+    forces = scenario.uncertainty.of_time
+    if not forces:
+        return None
+    return Trajectory(tuple(Sum(tuple(map(Expression, terms))) for terms in zip(*forces, strict=True)))
 
 
 def _through(waypoints: Sequence[Waypoint], smooth: bool) -> tuple[Piecewise, ...]:

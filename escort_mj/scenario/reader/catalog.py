@@ -15,6 +15,7 @@ from pydantic import BaseModel, Field, create_model
 from escort_mj.behaviors import BEHAVIORS
 from escort_mj.behaviors.behavior import Behavior
 from escort_mj.behaviors.wish import MAX_LEVELS
+from escort_mj.disturbances import DISTURBANCES, Disturbance
 from escort_mj.errors import PluginError
 from escort_mj.estimators import ESTIMATORS, Estimator
 from escort_mj.expectations import EXPECTATIONS
@@ -35,7 +36,14 @@ from escort_mj.scenario.schema.knowledge import Knowledge
 from escort_mj.scenario.schema.opponents import Opponents
 from escort_mj.scenario.schema.plugin_source import PluginSource
 from escort_mj.scenario.schema.robots import RobotOverride, Robots
-from escort_mj.scenario.schema.scenario import Mission, Phase, Scenario, Target
+from escort_mj.scenario.schema.scenario import (
+    MOST_DISTURBANCES,
+    Mission,
+    Phase,
+    Scenario,
+    Target,
+    Uncertainty,
+)
 from escort_mj.scenario.schema.sensing import Sensing, sensor_of
 from escort_mj.scenario.schema.teams import MOST_TARGETS, MOST_TEAMS, Team, TeamTarget
 from escort_mj.sensors import QUANTITIES, SENSORS, Sensor
@@ -54,6 +62,7 @@ class Catalog:
         policies: Of targets and opponents.
         estimators: Of what robots know.
         radios: Of messages between them.
+        disturbances: Of robots.
         sensors: Of what robots measure.
         kinds: Of robots.
         demands: Kinds of expectations.
@@ -66,6 +75,7 @@ class Catalog:
     policies: Members = POLICIES
     estimators: Members = ESTIMATORS
     radios: Members = RADIOS
+    disturbances: Members = DISTURBANCES
     sensors: Members = SENSORS
     kinds: Members = KINDS
     demands: Members = EXPECTATIONS
@@ -121,6 +131,7 @@ def assemble(plugins: Sequence[Plugin]) -> Catalog:
         merged("policy", Policy, POLICIES, _default_of("policy")),
         merged("estimator", Estimator, ESTIMATORS, _default_of("estimator")),
         merged("radio", Radio, RADIOS, _default_of("radio")),
+        merged("disturbance", Disturbance, DISTURBANCES, _default_of("disturbance")),
         merged("sensor", Sensor, SENSORS, _default_of("sensor")),
         merged("kind", RobotKind, KINDS, _default_of("kind")),
         merged("expectation", Expectation, EXPECTATIONS, lambda model: str(model.kind)),
@@ -153,6 +164,8 @@ def scenario_type(catalog: Catalog) -> type[Scenario]:
     team = _with(Team, targets=quarries, controller=law | None)
     knowledge = _with(Knowledge, estimator=one_of_kinds(catalog.estimators, "estimator", "predict"))
     radio = one_of_kinds(catalog.radios, "radio", "periodic")
+    forces: Any = tuple[one_of_kinds(catalog.disturbances, "disturbance"), ...]  # type: ignore[misc]
+    uncertainty = _with(Uncertainty, disturbances=Annotated[forces, Field(max_length=MOST_DISTURBANCES)])
     sensing = _with(Sensing, **{quantity: sensor_of(quantity, catalog.sensors) for quantity in QUANTITIES})
     robot: Any = one_of_kinds(catalog.kinds, "kind")
     override = _with(RobotOverride, kind=robot | None)
@@ -170,6 +183,7 @@ def scenario_type(catalog: Catalog) -> type[Scenario]:
         teams=Annotated[tuple[team, ...], Field(max_length=MOST_TEAMS)],  # type: ignore[valid-type]
         knowledge=knowledge | None,
         communication=radio | None,
+        uncertainty=uncertainty,
         sensing=sensing,
         controller=law,
         mission=mission,

@@ -11,8 +11,10 @@ from pydantic import ValidationError
 from pydantic_core import PydanticUndefined
 
 from escort_mj.behaviors.behavior import Behavior
-from escort_mj.components.component import Compiled, Component, kind_of
+from escort_mj.components.component import Compiled, Component
 from escort_mj.components.equations import Equations
+from escort_mj.components.parameters import kind_of
+from escort_mj.disturbances import Disturbance
 from escort_mj.errors import PluginError
 from escort_mj.estimators import Estimator
 from escort_mj.expectations.expectation import Expectation
@@ -24,6 +26,7 @@ from escort_mj.radios import Radio
 from escort_mj.robots import RobotKind
 from escort_mj.scenario.findings import did_you_mean, listed
 from escort_mj.sensors import QUANTITIES, Sensor
+from escort_mj.signals import SIGNALS
 
 NAME = re.compile(r"[a-z][a-z0-9_]{0,39}\Z")
 COMPONENTS: dict[type[Component], tuple[str, list[str]]] = {
@@ -32,6 +35,7 @@ COMPONENTS: dict[type[Component], tuple[str, list[str]]] = {
     Policy: ("policy", ["self", "view", "body"]),
     Estimator: ("estimator", ["self", "view", "robot"]),
     Radio: ("radio", ["self", "r"]),
+    Disturbance: ("disturbance", ["self", "r"]),
     Sensor: ("sensor", ["self", "r"]),
 }
 """Key of the name, and what the method is called with."""
@@ -170,10 +174,16 @@ def _check_equations(model: type[Equations], place: str) -> None:
     if getattr(model, model.method) is getattr(base, model.method):
         raise PluginError(f"{place}: has no {model.method}(self, r){did_you_mean(model.method, own)}")
     for memory in model.memories():
-        if not all(isinstance(part, str) and part.strip() for part in getattr(model, memory)):
+        unit, meaning, truth = getattr(model, memory)
+        if not all(isinstance(part, str) and part.strip() for part in (unit, meaning)):
             found = f"{memory} = {getattr(model, memory)!r:.80}{_line_of(model, memory)}"
             words = 'its unit and its meaning in words, as in Memory("N", "disturbance")'
             raise PluginError(f"{place}: found {found}; expected {words}")
+        if truth != "" and truth not in (shown := estimable(unit)):
+            words = f"a signal of each robot and axis in {unit}: {listed(shown)}"
+            near = did_you_mean(truth, shown) if isinstance(truth, str) else ""
+            found = f"{memory}{_line_of(model, memory)} estimates {truth!r}"
+            raise PluginError(f"{place}: {found}; expected {words}{near}")
         if not hasattr(model, name := memory + model.moves):
             words = f"{memory}{_line_of(model, memory)} has no {name}(self, r)"
             raise PluginError(f"{place}: {words}{did_you_mean(name, own)}")
@@ -181,7 +191,7 @@ def _check_equations(model: type[Equations], place: str) -> None:
     for name in own:
         if name.endswith(model.moves) and name not in moved:
             memory = f'{name.removesuffix(model.moves)}: ClassVar[Memory] = Memory("unit", "meaning")'
-            verb = "integrates" if issubclass(model, Law) else "keeps"
+            verb = "integrates" if issubclass(model, Law | Disturbance) else "keeps"
             words = f"nothing {verb} {name}{_line(vars(model)[name])}; expected the line  {memory}"
             raise PluginError(f"{place}: {words}{did_you_mean(name, moved)}")
     known = {name for name, _ in model.reads}
@@ -192,6 +202,11 @@ def _check_equations(model: type[Equations], place: str) -> None:
         raise PluginError(f"{place}: found acceleration{_line(model.acceleration)}; expected {words}")
     for function in model.equations().values():
         _check_signature(function, ["self", "r"], place)
+
+
+def estimable(unit: str) -> list[str]:
+    """Return the signals of each robot and axis in a unit: what memory can be an estimate of."""
+    return [each.name for each in SIGNALS if each.dims == ("robot", "axis") and each.unit == unit]
 
 
 def _check_method(model: type[Component], place: str) -> None:

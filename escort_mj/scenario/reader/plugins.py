@@ -27,6 +27,7 @@ from pydantic import ValidationError
 from escort_mj import stopping
 from escort_mj.behaviors.behavior import Behavior
 from escort_mj.components.component import Component
+from escort_mj.disturbances import Disturbance
 from escort_mj.errors import PluginError
 from escort_mj.estimators import Estimator
 from escort_mj.expectations.expectation import Expectation
@@ -81,7 +82,10 @@ class Plugin:
         ]
 
 
-BASES: tuple[type[Any], ...] = (Law, Behavior, Policy, Estimator, Radio, Sensor, RobotKind, Expectation)
+BASES: tuple[type[Any], ...] = (
+    *(Law, Behavior, Policy, Estimator, Radio, Sensor, Disturbance),
+    *(RobotKind, Expectation),
+)
 """What members of a plugin derive from, beside functions that are metrics."""
 
 METHODS = (

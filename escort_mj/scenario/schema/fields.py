@@ -15,6 +15,8 @@ from escort_mj.behaviors.wish import MAX_LEVELS
 from escort_mj.components.parameters import TEXT
 from escort_mj.control.outer_loops import OUTER_LOOPS
 from escort_mj.control.outer_loops import OuterLoop as OuterLoopParameters
+from escort_mj.disturbances import DISTURBANCES
+from escort_mj.disturbances import Disturbance as AnyDisturbance
 from escort_mj.laws import LAWS
 from escort_mj.laws import Law as AnyLaw
 from escort_mj.policies import POLICIES
@@ -92,11 +94,13 @@ def one_of_kinds(models: Sequence[type[BaseModel]], key: str, default: str | Non
 
 if TYPE_CHECKING:
     Behavior: TypeAlias = AnyBehavior
+    Disturbance: TypeAlias = AnyDisturbance
     Law: TypeAlias = AnyLaw
     OuterLoop: TypeAlias = OuterLoopParameters
     Policy: TypeAlias = AnyPolicy
 else:
     Behavior = one_of_kinds(BEHAVIORS, "behavior")
+    Disturbance = one_of_kinds(DISTURBANCES, "disturbance")
     Law = one_of_kinds(LAWS, "law", "apd_smc")
     OuterLoop = one_of_kinds(OUTER_LOOPS, "loop", "set_based")
     Policy = one_of_kinds(POLICIES, "policy")

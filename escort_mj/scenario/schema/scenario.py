@@ -21,6 +21,7 @@ from escort_mj.scenario.schema.fields import (
     RUN_NAME,
     Behaviors,
     Component,
+    Disturbance,
     Law,
     OuterLoop,
     Policy,
@@ -41,6 +42,7 @@ else:
     ModelMetaclass = type(BaseModel)
 
 MAX_AXES = 9
+MOST_DISTURBANCES = 16
 MAX_OBSTACLES = 5000
 
 
@@ -127,6 +129,14 @@ class Uncertainty(Parameters):
 
     disturbance: tuple[Component, ...] | None = None
     """External force on every robot, per axis [N]: numbers, or expressions in t; null: none."""
+    disturbances: Annotated[tuple[Disturbance, ...], Field(max_length=MOST_DISTURBANCES)] = ()
+    """Further forces on every robot, which add up: names, or tables with a name and parameters."""
+
+    @property
+    def of_time(self) -> tuple[tuple[Component, ...], ...]:
+        """Those forces that depend on time alone, one function per axis each [N]."""
+        forces = (self.disturbance or (), *(each.of_time for each in self.disturbances))
+        return tuple(force for force in forces if force)
 
 
 class Recording(Parameters):

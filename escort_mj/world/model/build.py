@@ -220,7 +220,7 @@ def _draft(
     setup = controller_setup(scenario, robots, seen and seen.target)
     setup = replace(setup, outside=outside, opponents_outside=opponents_outside)
     if seen is not None:  # what was logged has been measured, and pushed, by reality
-        setup = replace(setup, sensing=Sensors(), disturbance=None, trigger=None, sight=None, radio=None)
+        setup = replace(setup, sensing=Sensors(), trigger=None, sight=None, radio=None).undisturbed()
     obstacles = obstacles_of(scenario)
     stages = _stages(scenario, setup, robots, obstacles)
     bodies = bodies_of(scenario)
@@ -242,7 +242,7 @@ def _draft(
     sizes |= channel_sizes(
         setup.driven, setup.headed, setup.informed, scenario.axes, slots, rays, len(setup.opponents),
         len(setup.teams), len(setup.movers), resized=bool(setup.radii), watches=len(watches),
-        memories=len(setup.law.memories()), readings=len(readings_of(setup.sensing.own, setup.axes)),
+        memories=len(setup.memory), readings=len(readings_of(setup.sensing.own, setup.axes)),
     )  # fmt: skip
     schedule = schedule_of(scenario, seen.edges if seen is not None else ())
     return Draft(scenario, robots, setup, obstacles, stages, bodies, schedule, sizes, watches)

@@ -1,0 +1,103 @@
+"""What disturbances do to robots: the kernels of all of them, called for those of the mission."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Annotated, Any
+
+from escort_mj.components.component import number_of, reader
+from escort_mj.components.dispatch import one_of
+from escort_mj.components.setup import MissionSetup
+from escort_mj.control.custom.calls import custom_disturbance
+from escort_mj.disturbances import DISTURBANCES, Disturbance
+from escort_mj.disturbances.disturbance import disturbance_view
+from escort_mj.disturbances.evaluation import pushing_by
+from escort_mj.native.fields import Array, Fields, Value
+from escort_mj.native.kernels import (
+    DOUBLE,
+    data_address,
+    inlined,
+    inlined_once,
+    reachable,
+    stack_memory,
+    vector_at,
+)
+from escort_mj.native.lanes import WIDTH, load, store
+from escort_mj.native.on_demand import on_demand, on_demand_unrolled
+from escort_mj.numerics.gaussian import DISTURBANCE, normals
+from escort_mj.plan import Plan, State
+
+BLOCKS = 4  # of a stream, for the numbers of one disturbance
+EQUATED = tuple(kind for kind in DISTURBANCES if kind.force is not Disturbance.force)
+"""Those of the package that are equations, not functions of time alone."""
+
+
+class DisturbanceParameters(Fields):
+    """Which disturbances are equations; those that depend on time alone are `followed` with the target."""
+
+    disturbance_kind: Annotated[
+        Array, "disturbances", Value("1", "place in EQUATED; their number for a plugin's")
+    ]
+    disturbance_place: Annotated[Array, "disturbances", Value("1", "where its block in `parameters` begins")]
+    disturbance_row: Annotated[Array, "disturbances", Value("1", "where its own memory begins")]
+    disturbance_draws: Annotated[Array, "disturbances", Value("1", "whether it is given random numbers")]
+
+    @classmethod
+    def packed(cls, setup: MissionSetup) -> dict[str, Any]:
+        """Return the values of the fields for a mission."""
+        return {
+            "disturbance_kind": [number_of(each, EQUATED) for each in setup.disturbances],
+            "disturbance_row": setup.disturbance_rows,
+            "disturbance_draws": [each.draws for each in setup.disturbances],
+        }
+
+
+class DisturbanceState(Fields):
+    """What one of them is given, and what it does."""
+
+    disturbance_force: Annotated[Array, "pushed", "p", Value("N", "of one disturbance")]
+    noise: Annotated[Array, "blown", "p", Value("1", "normal random numbers")]
+    common_noise: Annotated[Array, "p", Value("1", "likewise, the same for all robots")]
+
+
+@on_demand_unrolled
+def disturb(plan: Plan, state: State) -> None:
+    """Add the forces of all disturbances that are equations to `disturbance`."""
+    n, p = state.q.shape
+    for d in range(plan.disturbance_kind.shape[0]):
+        if plan.disturbance_draws[d] != 0.0:
+            _draw(d, plan, state)
+        if state.component_memory.shape[0] > 0:
+            state.memory_row[0] = plan.disturbance_row[d]
+        _push(int(plan.disturbance_kind[d]), d, plan, state)
+        for at in range(0, n * p, WIDTH):
+            store(state.disturbance, at, load(state.disturbance, at) + load(state.disturbance_force, at))
+
+
+@on_demand
+def _draw(d: int, plan: Plan, state: State) -> None:
+    """Draw the random numbers of a disturbance for the present step: the same in any order and number."""
+    n, p = state.q.shape
+    drawn, step = vector_at(stack_memory(), p), int(state.step[0])
+    for i in range(n + 1):  # past the last robot those that all have in common
+        normals(p, plan.seed, 1 + BLOCKS * d, DISTURBANCE, i, step, drawn)
+        for k in range(p):
+            if i < n:
+                state.noise[i, k] = drawn[k]
+            else:
+                state.common_noise[k] = drawn[k]
+
+
+def _kernel_of(disturbance: type[Disturbance]) -> Callable[..., Any]:
+    """Return a kernel that has a disturbance that ships push all robots."""
+    equations = {name: inlined_once(equation) for name, equation in disturbance.equations().items()}
+    write, read = inlined(pushing_by(disturbance, inlined, equations)), reader(disturbance)
+
+    def push(d: int, plan: Plan, state: State) -> None:
+        place = int(plan.disturbance_place[d])
+        write(read(data_address(plan.parameters) + DOUBLE * place, 0), disturbance_view(state))
+
+    return on_demand_unrolled(reachable(push, f"push_by_{disturbance.model_fields['disturbance'].default}"))
+
+
+_push = one_of([*map(_kernel_of, EQUATED), custom_disturbance])

@@ -1,0 +1,160 @@
+"""Base of disturbances: forces on robots of which no law is told."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import cache
+from typing import Annotated, Any, ClassVar, NamedTuple
+
+from escort_mj.components.equations import Equations
+from escort_mj.components.memory import RATE
+from escort_mj.native.fields import Array
+from escort_mj.native.lanes import Lanes, load
+from escort_mj.native.memory import layout_with, narrower
+from escort_mj.native.values import maker_of, unknown
+from escort_mj.native.vectors import Vec, one_row, rows_at
+
+
+class DisturbanceView(NamedTuple):
+    """What a disturbance sees of all robots, all of it true, and what it writes; n robots, p axes."""
+
+    timestep: float  # [s]
+    time: Annotated[Array, 1]  # [s]
+    q: Annotated[Array, "n", "p"]  # position [m]
+    v: Annotated[Array, "n", "p"]  # velocity [m/s]
+    robot_radius: Annotated[Array, "n"]  # [m]
+    noise: Annotated[Array, "blown", "p"]  # normal random numbers of this step; for those that draw
+    common_noise: Annotated[Array, "p"]  # likewise, the same for all robots
+    component_memory: Annotated[Array, "memories", "n", "p"]  # integrals of the rates below, at first 0
+    memory_row: Annotated[Array, 1]  # where its own begin
+    disturbance_force: Annotated[Array, "pushed", "p"]  # written [N]
+    component_rate: Annotated[Array, "memories", "n", "p"]  # written: 0 unless said
+    rate_found: Annotated[Array, "remembering", "p"]  # scratch
+
+
+class Robots:
+    """Eight robots as they are in truth; SI units, world frame. What they keep of its own, they have by name.
+
+    Positions, velocities, noise and memory are vectors (`Vec`), radii a number for each robot.
+    """
+
+    i: int
+    seen: DisturbanceView
+
+    def __init__(self, i: int, seen: DisturbanceView) -> None:
+        self.i, self.seen = i, seen
+
+    def __getattr__(self, name: str) -> Any:
+        raise AttributeError(unknown(name, names_of(type(self))))
+
+    @property
+    def q(self) -> Vec:
+        """Position [m]."""
+        return rows_at(self.seen, self.seen.q, self.i)
+
+    @property
+    def v(self) -> Vec:
+        """Velocity [m/s]."""
+        return rows_at(self.seen, self.seen.v, self.i)
+
+    @property
+    def radius(self) -> Lanes:
+        """Radius of each robot [m]."""
+        return load(self.seen.robot_radius, self.i)
+
+    @property
+    def time(self) -> float:
+        """Time of the mission [s]."""
+        return self.seen.time[0]
+
+    @property
+    def timestep(self) -> float:
+        """Physics step [s]."""
+        return self.seen.timestep
+
+    @property
+    def noise(self) -> Vec:
+        """Normal random numbers for each robot and axis, of variance 1, drawn at each step [1]."""
+        return rows_at(self.seen, self.seen.noise, self.i)
+
+    @property
+    def common_noise(self) -> Vec:
+        """Likewise, the same for all robots [1]."""
+        return one_row(self.seen, self.seen.common_noise)
+
+
+def names_of(robots: type) -> list[str]:
+    """Return what equations can read of robots."""
+    return [name for name, member in vars(robots).items() if isinstance(member, property)]
+
+
+class Disturbance(Equations):
+    """A force on every robot that the controller does not know.
+
+    A subclass has a key `disturbance` with its name, parameters, and the equation `force(self, r)`, which
+    returns a vector [N]. What it integrates of its own, it declares, as in
+    `gust: ClassVar[Memory] = Memory("m/s", "gust")`, with the rate as `gust_rate(self, r)`; the value is
+    `r.gust`. It may have random numbers (`r.noise`) if it says `draws: ClassVar[bool] = True`.
+    """
+
+    method: ClassVar[str] = "force"
+    view: ClassVar[type] = DisturbanceView
+    outputs: ClassVar[tuple[str, ...]] = ("disturbance_force", "component_rate")
+    scratch: ClassVar[tuple[str, ...]] = ("rate_found",)
+    asks: ClassVar[tuple[str, ...]] = ("force",)
+    moves: ClassVar[str] = RATE
+    reads: ClassVar[tuple[tuple[str, str], ...]] = tuple((name, name) for name in names_of(Robots))
+    keeps: ClassVar[str] = "component_memory"
+    first: ClassVar[str] = "memory_row"
+    draws: ClassVar[bool] = False
+    """Whether it is given random numbers."""
+
+    disturbance: str
+
+    def force(self, r: Robots) -> Vec:
+        """Return the force [N].
+
+        Args:
+            r: Robots: `q`, `v`, `time` and more.
+        """
+        raise NotImplementedError
+
+    @property
+    def of_time(self) -> tuple[float | str, ...]:
+        """Return the force as functions of time alone, one per axis, in place of an equation [N]."""
+        return ()
+
+    def misfits(self, axes: int) -> Iterator[tuple[str, str]]:
+        """Yield the keys that do not fit a mission of so many axes, and why; by default none."""
+        yield from ()
+
+    @classmethod
+    def robots(cls) -> type[Robots]:
+        """Return what its equations are handed: robots that have its own memory by name."""
+        known = {name: member for name, member in vars(Robots).items() if isinstance(member, property)}
+        own = {name: _remembered(row) for row, name in enumerate(cls.memories())}
+        return type("Robots", (Robots,), {**known, **own, "__annotations__": Robots.__annotations__})
+
+
+def _remembered(row: int) -> property:
+    """Return a property that reads a row of the memory of the component at hand."""
+
+    def read(robots: Any) -> Vec:
+        view = robots.seen
+        first = (int(view.memory_row[0]) + row) * view.q.shape[0]
+        return rows_at(view, view.component_memory, first + robots.i)
+
+    return property(read)
+
+
+@cache
+def robots_of(disturbance: type[Disturbance]) -> Any:
+    """Return a function that makes what a disturbance is handed: of the first robot's number and the view."""
+    return maker_of(disturbance.robots())
+
+
+@narrower(DisturbanceView)
+def disturbance_view(state: Any) -> DisturbanceView:
+    """View of the state what disturbances see."""
+    view: DisturbanceView = layout_with(DisturbanceView).read(DisturbanceView, *state.addresses)
+    return view

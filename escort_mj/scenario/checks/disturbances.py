@@ -1,0 +1,24 @@
+"""Checks of what disturbs the robots."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from escort_mj.disturbances import Disturbance, Expressions
+from escort_mj.scenario.checks.goals import check_function
+from escort_mj.scenario.findings import Finding, Path
+from escort_mj.scenario.schema.scenario import Scenario
+
+
+def check_disturbances(scenario: Scenario) -> Iterator[Finding]:
+    """Forces have a function for each axis, defined through the whole run; equations fit so many axes."""
+    for index, each in enumerate(scenario.uncertainty.disturbances):
+        path: Path = ("uncertainty", "disturbances", index)
+        for key, words in each.misfits(scenario.axes):
+            yield Finding((*path, key), words)
+        place = (*path, "per_axis") if isinstance(each, Expressions) else path
+        force = each.of_time
+        if len(force) != scenario.axes and (force or type(each).force is Disturbance.force):
+            yield Finding(place, f"found {len(force)} numbers; expected {scenario.axes}, as axes says")
+        for axis, component in enumerate(force):
+            yield from check_function(scenario, (*place, axis), component)

@@ -1,0 +1,184 @@
+"""Forces that the controller does not know: they add up, depend on q and v, and keep memory of their own."""
+
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import escort_mj
+from escort_mj.conformance import check_plugin
+from escort_mj.errors import ScenarioError
+from escort_mj.mission.batch import fly_many
+
+FIELD = '''
+"""A force field that turns around the origin, and drags."""
+
+from typing import ClassVar, Literal
+
+from escort_mj.plugins import Disturbance, Memory, Robots, Vec, norm, quarter_turn
+
+
+class Swirl(Disturbance):
+    """A force across the way from the origin, drag, and noise through a filter."""
+
+    compiled: ClassVar[bool] = True
+    draws: ClassVar[bool] = True
+    gust: ClassVar[Memory] = Memory("N", "gust")
+    disturbance: Literal["swirl"] = "swirl"
+    strength: float = 0.3
+    """Force per distance [N/m]."""
+    drag: float = 0.2
+    """Force per squared speed [kg/m]."""
+    noise: float = 1.0
+    """Amplitude of the noise [N/s]."""
+
+    def force(self, r: Robots) -> Vec:
+        """Return the force."""
+        return self.strength * quarter_turn(r.q) - self.drag * norm(r.v) * r.v + r.gust
+
+    def gust_rate(self, r: Robots) -> Vec:
+        """Return the rate of the gust."""
+        return self.noise * r.noise - 0.5 * r.gust
+'''
+SHORT = {"duration": 1.0, "expect": [], "uncertainty": {}}
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Hold the same field as a plugin that is compiled, and as one that is not."""
+    made = tmp_path_factory.mktemp("fields")
+    (made / "swirl.py").write_text(FIELD)
+    plain = FIELD.replace('"swirl"', '"plain"').replace("    compiled: ClassVar[bool] = True\n", "")
+    (made / "plain.py").write_text(plain)
+    return made
+
+
+def mission(folder: Path, *disturbances: Any, **more: Any) -> Any:
+    plugins = [str(folder / "swirl.py"), str(folder / "plain.py")]
+    keys = SHORT | {"plugins": plugins, "uncertainty.disturbances": list(disturbances)} | more
+    return escort_mj.load_scenario("main", keys)
+
+
+def trace_of(scenario: Any) -> Any:
+    (flight,) = fly_many([scenario], 1, traces=True)
+    assert flight.outcome.good, flight.message
+    return flight.trace
+
+
+def swirl(trace: Any, gust: str | None = None) -> np.ndarray:
+    """What the field is at recorded places and velocities."""
+    q, v = trace["q"].values, trace["v"].values
+    force = 0.3 * np.stack([-q[..., 1], q[..., 0]], axis=-1)
+    force -= 0.2 * np.linalg.norm(v, axis=-1, keepdims=True) * v
+    return force + (0.0 if gust is None else trace["component_memory"].sel(memory=gust).values)
+
+
+def test_functions_of_time_add_up(compiled: None) -> None:
+    forces = [
+        {"disturbance": "expressions", "per_axis": ["t", 1]},
+        {"disturbance": "expressions", "per_axis": [0, "t**2"]},
+    ]
+    keys = SHORT | {"uncertainty": {"disturbance": ["2*sin(t)", 3], "disturbances": forces}}
+    trace = trace_of(escort_mj.load_scenario("main", keys))
+    t = trace["time"].values
+    expected = np.stack([2.0 * np.sin(t) + t, 4.0 + t**2], axis=-1)
+    np.testing.assert_allclose(
+        trace["disturbance"].values, np.repeat(expected[:, None], 5, axis=1), rtol=1e-13
+    )
+    assert "component_memory" not in trace
+
+
+@pytest.mark.parametrize("name", ["swirl", "plain"])
+def test_a_field_is_what_its_equation_says_and_adds_to_others(
+    compiled: None, folder: Path, name: str
+) -> None:
+    trace = trace_of(mission(folder, {"disturbance": name}, **{"uncertainty.disturbance": [1, "t"]}))
+    others = np.stack([np.ones_like(trace["time"]), trace["time"].values], axis=-1)[:, None]
+    np.testing.assert_allclose(trace["disturbance"].values, swirl(trace, f"{name}.gust") + others, atol=1e-12)
+    assert str(trace["memory_unit"].sel(memory=f"{name}.gust").values) == "N"
+    assert float(np.abs(trace["component_memory"]).max()) > 1e-3
+
+
+def test_both_forms_agree(compiled: None, folder: Path) -> None:
+    one, other = (trace_of(mission(folder, name)) for name in ("swirl", "plain"))
+    for name in ("q", "disturbance"):
+        np.testing.assert_allclose(one[name].values, other[name].values, atol=1e-10)
+    assert float(np.abs(one["disturbance"]).max()) > 1.0
+
+
+def test_each_has_memory_and_random_numbers_of_its_own(compiled: None, folder: Path) -> None:
+    trace = trace_of(mission(folder, "swirl", "swirl"))
+    first, second = (
+        trace["component_memory"].sel(memory=name).values for name in ("swirl.gust", "swirl_2.gust")
+    )
+    assert abs(np.corrcoef(first[-1].ravel(), second[-1].ravel())[0, 1]) < 0.9
+    total = 2.0 * swirl(trace) + first + second
+    np.testing.assert_allclose(trace["disturbance"].values, total, atol=1e-12)
+    again = trace_of(mission(folder, "swirl", "swirl", seed=7))["component_memory"].values
+    assert not np.allclose(again[-1], trace["component_memory"].values[-1])
+
+
+def test_snapshots_go_on_with_the_same_bits(compiled: None, folder: Path) -> None:
+    live = escort_mj.start(mission(folder, "swirl")).step(0.2)
+    then = live.snapshot()
+    first = live.step(0.3)["disturbance"].copy()
+    live.push(1, [9.0, 0.0])
+    assert live.step(0.3)["disturbance"].tobytes() != first.tobytes()
+    live.restore(then)
+    assert live.step(0.3)["disturbance"].tobytes() == first.tobytes()
+
+
+def test_a_compiled_plugin_passes_all_checks(compiled: None, folder: Path) -> None:
+    rows = list(check_plugin(str(folder / "swirl.py")))
+    assert not [row for row in rows if not row.held]
+    assert {"forms agree", "robot by robot", "same bits"} <= {row.name for row in rows}
+
+
+@pytest.mark.parametrize(
+    ("disturbances", "words"),
+    [
+        ([{"disturbance": "gale"}], r"disturbances\[0\].*gale.*expressions"),
+        ([{"disturbance": "expressions", "per_axis": ["t"]}], r"per_axis: found 1 numbers; expected 2"),
+        ([{"disturbance": "expressions"}], r"per_axis: found 0 numbers; expected 2"),
+        ([{"disturbance": "expressions", "per_axis": ["t", "sin(x)"]}], r"per_axis\[1\].*x"),
+        (
+            [{"disturbance": "expressions", "per_axis": ["t", "1/(t-0.5)"]}],
+            r"per_axis\[1\]: has no finite value",
+        ),
+        ([{"disturbance": "expressions", "force": ["t", 1]}], "force"),
+    ],
+)
+def test_what_is_wrong_is_told_with_its_place(disturbances: list[Any], words: str) -> None:
+    with pytest.raises(ScenarioError, match=words):
+        escort_mj.load_scenario("main", SHORT | {"uncertainty": {"disturbances": disturbances}})
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (("return self.strength", "return 0.3  #"), "force returned float; expected a vector, such as r.q"),
+        (("r.gust\n\n", "r.gist\n\n"), 'gist" is nothing that can be read here.*did you mean "gust"'),
+        (("def gust_rate", "def gust_rates"), "has no gust_rate"),
+        (
+            ('"gust")', '"gust", "disturbances")'),
+            "gust .*estimates 'disturbances'.*did you mean \"disturbance\"",
+        ),
+        (('"gust")', '"gust", "q")'), "estimates 'q'; expected a signal of each robot and axis in N"),
+        (("def force", "def forces"), r"has no force\(self, r\)"),
+    ],
+)
+def test_faults_of_a_plugin_are_told(
+    compiled: None, folder: Path, change: tuple[str, str], words: str
+) -> None:
+    text = (folder / "plain.py").read_text().replace(*change)
+    assert text != (folder / "plain.py").read_text()
+    (folder / "broken.py").write_text(text.replace('"plain"', '"broken"'))
+    try:
+        keys = SHORT | {"plugins": [str(folder / "broken.py")], "uncertainty.disturbances": ["broken"]}
+        (flight,) = fly_many([escort_mj.load_scenario("main", keys)], 1)
+        found = flight.message
+    except ScenarioError as error:
+        found = str(error)
+    assert re.search(words, found), found
