@@ -11,36 +11,21 @@ from numpy.typing import NDArray
 from pydantic import Field, NonNegativeFloat, PositiveFloat
 
 from escort_mj.behaviors.behavior import Behavior
-from escort_mj.behaviors.wish import Wish, along
-from escort_mj.components.obstacles import obstacle_places
+from escort_mj.behaviors.robots import Robots
+from escort_mj.behaviors.task import Task, along, beside
 from escort_mj.components.setup import MissionSetup
 from escort_mj.knowledge.teammates import find_nearest_heard
 from escort_mj.native.kernels import inlined
-from escort_mj.native.lanes import (
-    WIDTH,
-    Lanes,
-    any_of,
-    everywhere,
-    greatest,
-    lane_numbers,
-    load,
-    load_rows,
-    root,
-    row_of,
-    set_row,
-    stack_rows,
-    there,
-    where,
-)
+from escort_mj.native.lanes import WIDTH, Lanes, any_of, everywhere, greatest, lane_numbers, load, root
+from escort_mj.native.vectors import Vec, dot, norm, one_row, unit_axis, where
 from escort_mj.numerics.neighbors import candidate, number_of_candidates, seen_neighbors
-from escort_mj.plan import Plan, State
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 HEARD: Literal["heard"] = "heard"
-PRINTED = 1  # place of that gain among the choices
 POLAR = 0.9  # a unit vector with more than this along the last axis hardly turns in the others
+PRINTED = 1  # place of that gain among the choices
 
 
 class AvoidObstacles(Behavior):
@@ -121,100 +106,87 @@ class AvoidObstacles(Behavior):
             "gain": float(self.gain == "printed"), "gain_margin": self.gain_margin, "sidestep": self.sidestep,
         }  # fmt: skip
 
-    def wish_lanes(self, i: int, plan: Plan, state: State, x: Array, wish: Array, at: int) -> Wish:
-        """Return eq. 3 with the gain of eqs. 23, 24: sigma = |q - o| is to grow to the safe distance.
-
-        The sidestep is not part of it: see `sidestep`.
-        """
-        p = state.q.shape[1]
-        depth, distance = _worst_intruder(i, self, plan, state, x)
+    def task(self, r: Robots) -> Task:
+        """Return eq. 3 with the gain of eqs. 23, 24: sigma = |q - o| is to grow to the safe distance."""
+        depth, distance, x = _worst_intruder(self, r)
         nothing = everywhere(0.0)
         if not any_of(depth > 0.0):
-            for k in range(p):
-                set_row(wish, at + k, nothing)
-            return along(nothing, nothing, nothing)
-        velocity, offset, square, error = stack_rows(p), stack_rows(p), everywhere(0.0), everywhere(0.0)
-        load_rows(state.v_measured, i, velocity)
-        load_rows(state.e, i, offset)
-        for k in range(p):
-            aside = everywhere(1.0 if k == 0 else 0.0)  # no direction leads away from one's own place
-            set_row(x, k, where(distance > 0.0, row_of(x, k) / distance, aside))
-            square = square + row_of(velocity, k) * row_of(velocity, k)
-            error = error + row_of(offset, k) * row_of(offset, k)
-        speed, error = root(square), load(state.slopes, i) * root(error)
+            return along(x, nothing, 0.0 * x, nothing, nothing)
+        x = where(distance > 0.0, x / distance, unit_axis(x))  # no direction leads away from one's own place
+        speed, error = norm(r.v), r.slope * norm(r.e)
         if int(self.gain) == PRINTED:
             # (b + sqrt(b^2 + 4ac)) / 2a with the printed b, multiplied out so that nothing cancels
             pull = speed - 2.0 * error + root(greatest(error * (5.0 * error - 2.0 * speed), 0.0))
         else:
             pull = speed + (math.sqrt(2.0) - 1.0) * error
         active = where(depth > 0.0, 1.0, nothing)
-        for k in range(p):
-            set_row(wish, at + k, where(depth > 0.0, (pull + self.gain_margin * depth) * row_of(x, k), 0.0))
-        return along(active, active, depth)
+        velocity = where(depth > 0.0, (pull + self.gain_margin * depth) * x, 0.0)
+        return beside(along(x, active, velocity, active, depth), self.sidestep)
 
 
 @inlined
-def _worst_intruder(i: int, avoid: Any, plan: Plan, state: State, x: Array) -> tuple[Lanes, Lanes]:
-    """Looks for what is deepest in the safe spheres of robots i to i + 7; writes x = q - where it is.
+def _worst_intruder(avoid: Any, r: Robots) -> tuple[Lanes, Lanes, Vec]:
+    """Look for what is deepest in the safe sphere of each robot.
 
     Returns:
-        How deep it is, 0 where nothing intrudes [m], and the length of x [m].
+        How deep it is, 0 where nothing intrudes [m]; how far away it is, and the way from there [m].
     """
-    n, p = state.q.shape
-    q, radius, to_surface = state.q_measured, plan.robot_radius, float(avoid.measure)
-    own, worst, distance = load(radius, i), everywhere(0.0), everywhere(0.0)
-    here = stack_rows(p)
-    load_rows(q, i, here)
-    for k in range(p):
-        set_row(x, k, everywhere(0.0))
+    plan, state = r.plan, r.state
+    here, own, to_surface = r.q, r.robot_radius, float(avoid.measure)
+    worst, distance, x = everywhere(0.0), everywhere(0.0), 0.0 * here
     for j in range(plan.obstacle_radius.shape[0]):
-        square = everywhere(0.0)
-        for k in range(p):
-            way = row_of(here, k) - obstacle_places(i, j, k, plan, state)
-            square = square + way * way
         reach = avoid.safe_distance + to_surface * (own + plan.seen_radius[j])
-        near = (square < reach * reach) & there(n - i)
-        if any_of(near):
-            length = root(square)
-            worse = near & (reach - length > worst)
-            worst, distance = where(worse, reach - length, worst), where(worse, length, distance)
-            for k in range(p):
-                way = row_of(here, k) - obstacle_places(i, j, k, plan, state)
-                set_row(x, k, where(worse, way, row_of(x, k)))
+        worst, distance, x = _deeper(here - r.obstacle(j), reach, r.there, worst, distance, x)
     if avoid.heard_distance > 0.0:
-        find_nearest_heard(i, avoid.heard_distance, to_surface, plan, state)
-        away, deep = stack_rows(p), -load(state.heard_margin, i)
-        load_rows(state.wished_direction, i, away)
-        worse = (deep > worst) & there(n - i)
+        find_nearest_heard(r.i, avoid.heard_distance, to_surface, plan, state)
+        deep = -load(state.heard_margin, r.i)
+        worse = (deep > worst) & r.there
         worst, distance = where(worse, deep, worst), where(worse, 1.0, distance)
-        for k in range(p):
-            set_row(x, k, where(worse, row_of(away, k), row_of(x, k)))
+        x = where(worse, r.at(state.wished_direction, 0), x)
     lists = seen_neighbors(state)
     looking = avoid.teammate_distance > 0.0
     if looking and lists.shape[0] > 0:
-        looking = someone_within(avoid.teammate_distance, i, avoid, q, radius, lists)
+        looking = someone_within(
+            avoid.teammate_distance, r.i, avoid, state.q_measured, plan.robot_radius, lists
+        )  # fmt: skip
     failing = plan.failure_start.shape[0] > 0
     if not looking and not failing:
-        return worst, distance
-    for j in range(n):
+        return worst, distance, x
+    for j in range(state.q.shape[0]):
         safe = avoid.teammate_distance
         if failing and state.lost[j] != 0.0:  # an obstacle (remark 2)
             safe = max(safe, avoid.safe_distance)
         if safe <= 0.0:
             continue
-        square = everywhere(0.0)
-        for k in range(p):
-            way = row_of(here, k) - q[j, k]
-            square = square + way * way
-        reach = safe + to_surface * (own + radius[j])
-        near = (square < reach * reach) & (lane_numbers() + float(i) != float(j)) & there(n - i)
-        if any_of(near):
-            length = root(square)
-            worse = near & (reach - length > worst)
-            worst, distance = where(worse, reach - length, worst), where(worse, length, distance)
-            for k in range(p):
-                set_row(x, k, where(worse, row_of(here, k) - q[j, k], row_of(x, k)))
-    return worst, distance
+        way = here - one_row(state, state.q_measured[j])
+        reach = safe + to_surface * (own + plan.robot_radius[j])
+        others = r.there & (lane_numbers() + float(r.i) != float(j))
+        worst, distance, x = _deeper(way, reach, others, worst, distance, x)
+    return worst, distance, x
+
+
+@inlined
+def _deeper(
+    way: Vec, reach: Lanes, counts: Any, worst: Lanes, distance: Lanes, x: Vec
+) -> tuple[Lanes, Lanes, Vec]:
+    """Return what is deepest so far, with one more body.
+
+    Args:
+        way: To the robots from the body [m].
+        reach: Distance within which it intrudes [m].
+        counts: For which robots it counts.
+        worst: The deepest so far: how deep [m],
+        distance: how far away [m],
+        x: and the way from there [m].
+    """
+    square = dot(way, way)
+    near = (square < reach * reach) & counts
+    if any_of(near):
+        length = root(square)
+        worse = near & (reach - length > worst)
+        worst, distance = where(worse, reach - length, worst), where(worse, length, distance)
+        x = where(worse, way, x)
+    return worst, distance, x
 
 
 @inlined
@@ -240,45 +212,3 @@ def mate_within(distance: float, robot: int, avoid: Any, q: Array, radius: Array
         if square < reach * reach and j != robot:
             return True
     return False
-
-
-@inlined
-def sidestep(level: int, share: float, active: Lanes, direction: Array, wanted: Array, parts: Array) -> None:
-    """Adds to avoidance a part along the safe sphere, where the wishes below it are blocked head-on.
-
-    What they leave along the sphere, w, is filled up to a share of what avoidance blocks of them. All robots
-    turn the same way around whatever they meet (counterclockwise in the plane), so that two that meet head-on
-    pass each other. Along `direction` nothing changes: J1 v_d stays lambda sigma~.
-
-    Args:
-        level: Which part is that of avoidance.
-        share: Share of the blocked speed.
-        active: 1 for robots that avoid, else 0.
-        direction: Unit vector r away from the intruder, in rows for axes.
-        wanted: Velocity that robots would have without avoidance, within the speed limit [m/s]. Wishes
-            beyond it would turn a robot another way than it goes outside of the sphere, and hold it there.
-        parts: Parts by level, p rows each [m/s]; that of avoidance is changed.
-    """
-    p = wanted.shape[0]
-    outward, square = everywhere(0.0), everywhere(0.0)
-    for k in range(p):
-        along = row_of(wanted, k)
-        outward = outward + along * row_of(direction, k)
-        square = square + along * along
-    speed = -share * outward - root(greatest(square - outward * outward, 0.0))
-    speed = where(speed > 0.0, speed, 0.0) * active
-    if p % 2 == 0:
-        _turn(p, level, 0, speed, direction, parts)
-        return
-    # Axes are turned in pairs; where p is odd one axis has no partner: not the one that r points along.
-    polar = abs(row_of(direction, p - 1)) > POLAR
-    _turn(p, level, 0, where(polar, 0.0, speed), direction, parts)
-    _turn(p, level, 1, where(polar, speed, 0.0), direction, parts)
-
-
-@inlined
-def _turn(p: int, level: int, first: int, speed: Lanes, direction: Array, parts: Array) -> None:
-    """Adds a velocity across a direction, in pairs of axes."""
-    for k in range(first, first + p - p % 2, 2):
-        set_row(parts, level * p + k, row_of(parts, level * p + k) - speed * row_of(direction, k + 1))
-        set_row(parts, level * p + k + 1, row_of(parts, level * p + k + 1) + speed * row_of(direction, k))

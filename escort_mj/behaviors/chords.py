@@ -8,17 +8,10 @@ import numpy as np
 from pydantic import PositiveFloat
 
 from escort_mj.behaviors.behavior import Behavior
-from escort_mj.behaviors.wish import (
-    MAX_DIRECTIONS,
-    Wish,
-    along,
-    keep_distance,
-    look_at_others,
-)
+from escort_mj.behaviors.robots import Robots
+from escort_mj.behaviors.task import Task, both, keep_distance
 from escort_mj.components.setup import MissionSetup
 from escort_mj.native.fields import Array, Fields, Value
-from escort_mj.native.lanes import everywhere, root, row_of, set_row, stack_rows
-from escort_mj.plan import Plan, State
 
 
 class ChordParameters(Fields):
@@ -56,17 +49,10 @@ class Chords(Behavior):
     order: tuple[int, ...] | None = None
     """Order of the robots (from 1) along the formation; null: determined from their initial positions."""
 
-    def wish_lanes(self, i: int, plan: Plan, state: State, x: Array, wish: Array, at: int) -> Wish:
+    def task(self, r: Robots) -> Task:
         """Return eq. 4 of each cycle: sigma = |q_i - q_j|^2 / 2, j before i, is to become length^2 / 2."""
-        p, length = state.q.shape[1], state.chord_length[0]
-        look_at_others(i, state.q_measured, state.predecessors[0], x, 0)
-        weight, error = keep_distance(p, length, self.gain, x, 0, wish, at)
-        if state.predecessors.shape[0] < MAX_DIRECTIONS:
-            return along(weight, everywhere(1.0), abs(error))
-        other = stack_rows(p)
-        look_at_others(i, state.q_measured, state.predecessors[1], x, p)
-        second, further = keep_distance(p, length, self.gain, x, p, other, 0)
-        for k in range(p):
-            set_row(wish, at + k, row_of(wish, at + k) + row_of(other, k))
-        both = root(0.5 * (error * error + further * further))
-        return Wish(MAX_DIRECTIONS, weight, second, everywhere(0.0), everywhere(1.0), both)
+        length, cycles = r.state.chord_length[0], r.state.predecessors
+        task = keep_distance(r.q - r.position_of(cycles[0]), length, self.gain)
+        if cycles.shape[0] == 1:
+            return task
+        return both(task, keep_distance(r.q - r.position_of(cycles[1]), length, self.gain))

@@ -9,7 +9,8 @@ import numpy as np
 from pydantic import Field
 
 from escort_mj.behaviors.goal import Headed, toward_goal
-from escort_mj.behaviors.wish import Wish
+from escort_mj.behaviors.robots import Robots
+from escort_mj.behaviors.task import Task
 from escort_mj.components.parameters import Vector
 from escort_mj.components.setup import MissionSetup
 from escort_mj.components.waypoint import Waypoint
@@ -74,9 +75,9 @@ class Formation(Headed):
     scale: float | str = 1.0
     """Factor by which the offsets are multiplied [1]: a number, or an expression in t."""
 
-    def wish_lanes(self, i: int, plan: Plan, state: State, x: Array, wish: Array, at: int) -> Wish:
-        """Return the task sigma = q, which is to become the goal: it takes all directions."""
-        return toward_goal(self.gain, i, state, x, wish, at)
+    def task(self, r: Robots) -> Task:
+        """Return the task toward the robot's place in the frame."""
+        return toward_goal(self.gain, r)
 
     @property
     def follows(self) -> bool:

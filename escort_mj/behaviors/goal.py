@@ -8,14 +8,16 @@ import numpy as np
 from pydantic import Discriminator, Field, PositiveFloat, Tag
 
 from escort_mj.behaviors.behavior import Behavior
-from escort_mj.behaviors.wish import Wish, across
+from escort_mj.behaviors.robots import Robots
+from escort_mj.behaviors.task import Task, move
 from escort_mj.components.parameters import Vector
 from escort_mj.components.random_placement import RandomPlacement
 from escort_mj.components.setup import MissionSetup
 from escort_mj.native.fields import Array, Fields, Value
 from escort_mj.native.kernels import inlined
-from escort_mj.native.lanes import everywhere, load_rows, root, row_of, set_row, stack_rows, there, where
+from escort_mj.native.lanes import everywhere
 from escort_mj.native.on_demand import on_demand
+from escort_mj.native.vectors import norm, where
 from escort_mj.plan import Plan, State
 
 POINT, WAYPOINTS, LISTED, NAMED, DRAWN = "a point", "waypoints", "listed", "named", "drawn"
@@ -84,20 +86,11 @@ class GoalState(Fields):
 
 
 @inlined
-def toward_goal(gain: float, i: int, state: State, x: Array, wish: Array, at: int) -> Wish:
-    """What behaviors with goals wish of robots i to i + 7."""
-    n, p = state.q.shape
-    here, goal, velocity = stack_rows(p), stack_rows(p), stack_rows(p)
-    load_rows(state.q_measured, i, here)
-    load_rows(state.goal, i, goal)
-    load_rows(state.goal_velocity, i, velocity)
-    square = everywhere(0.0)
-    for k in range(p):
-        way = where(there(n - i), row_of(goal, k) - row_of(here, k), 0.0)
-        square = square + way * way
-        set_row(wish, at + k, where(there(n - i), gain * way + row_of(velocity, k), 0.0))
-        set_row(x, k, everywhere(0.0))
-    return across(everywhere(0.0), root(square))
+def toward_goal(gain: float, r: Robots) -> Task:
+    """Return the task sigma = q, which is to become the goal: it takes all directions."""
+    way = where(r.there, r.at(r.state.goal, 0) - r.q, 0.0)
+    velocity = where(r.there, gain * way + r.at(r.state.goal_velocity, 0), 0.0)
+    return move(velocity, everywhere(1.0), norm(way))
 
 
 class Headed(Behavior):
@@ -121,9 +114,9 @@ class Goal(Headed):
     """One entry per robot, a point or a list of waypoints [m]; `opposite`: each robot's start, mirrored
     through the mean of all starts; a table: random points in a ball, drawn like `robots.placement`."""
 
-    def wish_lanes(self, i: int, plan: Plan, state: State, x: Array, wish: Array, at: int) -> Wish:
-        """Return the task sigma = q, which is to become the goal: it takes all directions."""
-        return toward_goal(self.gain, i, state, x, wish, at)
+    def task(self, r: Robots) -> Task:
+        """Return the task toward the goal."""
+        return toward_goal(self.gain, r)
 
 
 @on_demand

@@ -7,27 +7,13 @@ from typing import Any, ClassVar, Literal
 from pydantic import PositiveFloat
 
 from escort_mj.behaviors.behavior import Behavior
-from escort_mj.behaviors.wish import Wish, square_of
+from escort_mj.behaviors.robots import Robots
+from escort_mj.behaviors.task import Task, move
 from escort_mj.components.parameters import UNLIMITED
 from escort_mj.components.setup import MissionSetup
-from escort_mj.components.teams import radius_rows
-from escort_mj.knowledge.belief import target_rows, target_velocity_rows
-from escort_mj.native.fields import Array
 from escort_mj.native.kernels import inlined
-from escort_mj.native.lanes import (
-    Lanes,
-    everywhere,
-    greatest,
-    load,
-    load_rows,
-    root,
-    row_of,
-    set_row,
-    stack_rows,
-    there,
-    where,
-)
-from escort_mj.plan import Plan, State
+from escort_mj.native.lanes import everywhere, greatest, load
+from escort_mj.native.vectors import dot, norm, where
 
 NEAR = 1e-9  # m
 
@@ -67,46 +53,29 @@ class Guard(Behavior):
         """Return its parameters as numbers."""
         return {"distance": self.distance or 0.0, "alert": self.alert or UNLIMITED, "gain": self.gain}
 
-    def wish_lanes(self: Any, i: int, plan: Plan, state: State, x: Array, wish: Array, at: int) -> Wish:
+    def task(self: Any, r: Robots) -> Task:
         """Return the task sigma = q of the robots that guard, which takes all directions."""
-        n, p = state.q.shape
-        here, center, drift, y, w = stack_rows(p), stack_rows(p), stack_rows(p), stack_rows(p), stack_rows(p)
-        load_rows(state.q_measured, i, here)
-        target_rows(i, plan, state, center)
-        target_velocity_rows(i, plan, state, drift)
-        load_rows(state.threat_position, i, y)
-        load_rows(state.threat_velocity, i, w)
-        active = guarding_lanes(self.alert, i, plan, state) > 0.5
-        along = everywhere(0.0)
-        for k in range(p):
-            set_row(y, k, where(active, row_of(y, k) - row_of(center, k), 0.0))
-            set_row(w, k, where(active, row_of(w, k) - row_of(drift, k), 0.0))
-            along = along + row_of(y, k) * row_of(w, k)
-        far = greatest(root(square_of(y, 0, p)), NEAR)
-        scale, left = self.distance / far, everywhere(0.0)
+        active = guarding(self.alert, r)
+        y = where(active, r.at(r.state.threat_position, 0) - r.target, 0.0)
+        w = where(active, r.at(r.state.threat_velocity, 0) - r.target_velocity, 0.0)
+        far = greatest(norm(y), NEAR)
+        scale = self.distance / far
         if self.distance == 0.0:
-            scale = radius_rows(i, plan, state) / far
-        for k in range(p):
-            way = row_of(center, k) + scale * row_of(y, k) - row_of(here, k)
-            aside = row_of(w, k) - row_of(y, k) * along / (far * far)
-            left = left + where(active, way * way, 0.0)
-            set_row(x, k, everywhere(0.0))
-            set_row(wish, at + k, where(active, self.gain * way + row_of(drift, k) + scale * aside, 0.0))
-        on = where(active, 1.0, everywhere(0.0))
-        return Wish(1, everywhere(0.0), everywhere(0.0), on, on, root(left))
+            scale = r.radius / far
+        way = r.target + scale * y - r.q
+        aside = w - (dot(y, w) / (far * far)) * y
+        velocity = self.gain * way + r.target_velocity + scale * aside
+        left = norm(where(active, way, 0.0))
+        return move(where(active, velocity, 0.0), where(active, 1.0, everywhere(0.0)), left)
 
 
 @inlined
-def guarding_lanes(alert: float, i: int, plan: Plan, state: State) -> Lanes:
-    """1 for those of robots i to i + 7 that guard against an opponent near enough to the target, else 0."""
-    n, p = state.q.shape
-    center, threat = stack_rows(p), stack_rows(p)
-    target_rows(i, plan, state, center)
-    load_rows(state.threat_position, i, threat)
-    square = everywhere(0.0)
-    for k in range(p):
-        way = row_of(threat, k) - row_of(center, k)
-        square = square + way * way
-    near: Any = where(square > alert * alert, 0.0, everywhere(1.0))
-    found: Lanes = where(there(n - i), where(load(state.threat, i) > 0.5, near, 0.0), 0.0)
-    return found
+def guarding(alert: float, r: Robots) -> Any:
+    """Which robots guard against an opponent near enough to the target.
+
+    Args:
+        alert: Distance from the target within which an opponent counts [m].
+        r: The robots.
+    """
+    way = r.at(r.state.threat_position, 0) - r.target
+    return r.there & (load(r.state.threat, r.i) > 0.5) & (dot(way, way) <= alert * alert)

@@ -7,27 +7,13 @@ from typing import Any, ClassVar, Literal
 from pydantic import PositiveFloat
 
 from escort_mj.behaviors.behavior import Behavior
-from escort_mj.behaviors.guard import guarding_lanes
-from escort_mj.behaviors.wish import Wish, square_of
+from escort_mj.behaviors.guard import guarding
+from escort_mj.behaviors.robots import Robots
+from escort_mj.behaviors.task import Task, move
 from escort_mj.components.parameters import UNLIMITED
 from escort_mj.components.setup import MissionSetup
-from escort_mj.knowledge.belief import target_rows, target_velocity_rows
-from escort_mj.native.fields import Array
-from escort_mj.native.kernels import inlined
-from escort_mj.native.lanes import (
-    Lanes,
-    everywhere,
-    greatest,
-    least,
-    load_rows,
-    root,
-    row_of,
-    set_row,
-    stack_rows,
-    there,
-    where,
-)
-from escort_mj.plan import Plan, State
+from escort_mj.native.lanes import everywhere, greatest, least, root
+from escort_mj.native.vectors import dot, where
 
 
 class Intercept(Behavior):
@@ -83,20 +69,15 @@ class Intercept(Behavior):
         most = UNLIMITED if setup is None else min(setup.max_speed, UNLIMITED)
         return most if self.speed is None else min(self.speed, most)
 
-    def wish_lanes(self: Any, i: int, plan: Plan, state: State, x: Array, wish: Array, at: int) -> Wish:
+    def task(self: Any, r: Robots) -> Task:
         """Return the task sigma = q, which takes all directions: the velocity of the interception."""
-        n, p = state.q.shape
-        here, way, course = stack_rows(p), stack_rows(p), stack_rows(p)
-        load_rows(state.q_measured, i, here)
-        active = _quarry_rows(self.opponents, self.alert, i, plan, state, way, course) > 0.5
-        recedes = everywhere(0.0)
-        for k in range(p):
-            set_row(x, k, everywhere(0.0))
-            set_row(way, k, where(active, row_of(way, k) - row_of(here, k), 0.0))
-            set_row(course, k, where(active, row_of(course, k), 0.0))
-            recedes = recedes + row_of(way, k) * row_of(course, k)
-        far, fast, lead = square_of(way, 0, p), square_of(course, 0, p), self.speed * self.speed
-        lead = lead - fast
+        active, point, course = r.there, r.target, r.target_velocity
+        if self.opponents:
+            active = guarding(self.alert, r)
+            point, course = r.at(r.state.threat_position, 0), r.at(r.state.threat_velocity, 0)
+        way, course = where(active, point - r.q, 0.0), where(active, course, 0.0)
+        recedes, far, fast = dot(way, course), dot(way, way), dot(course, course)
+        lead = self.speed * self.speed - fast
         slack = recedes * recedes + lead * far
         rise = root(greatest(slack, 0.0))
         rate = where(recedes > 0.0, lead / (rise + recedes), where(far > 0.0, (rise - recedes) / far, 0.0))
@@ -109,30 +90,8 @@ class Intercept(Behavior):
         behind = where(passes, -lead, 1.0)
         aside = root(greatest(far * fast - recedes * recedes, 0.0) / behind)
         later = greatest(self.speed * aside - recedes, 0.0) / where(passes, fast, 1.0)
-        for k in range(p):
-            set_row(here, k, row_of(way, k) + later * row_of(course, k))
-        share = self.speed / root(where(passes, square_of(here, 0, p), 1.0))
-        for k in range(p):
-            meeting = row_of(course, k) + rate * row_of(way, k)
-            meeting = where(passes, share * row_of(here, k), meeting)
-            set_row(wish, at + k, where(active, meeting, 0.0))
+        closest = way + later * course
+        share = self.speed / root(where(passes, dot(closest, closest), 1.0))
+        velocity = where(passes, share * closest, course + rate * way)
         on = where(active, 1.0, everywhere(0.0))
-        return Wish(1, everywhere(0.0), everywhere(0.0), on, on, where(active, left, 0.0))
-
-
-@inlined
-def _quarry_rows(
-    opponents: bool, alert: float, i: int, plan: Plan, state: State, point: Array, velocity: Array
-) -> Lanes:
-    """Read where robots i to i + 7 believe their quarry to be [m], and how fast it moves [m/s].
-
-    Returns:
-        1 for robots that have one, 0 for the others.
-    """
-    if opponents:
-        load_rows(state.threat_position, i, point)
-        load_rows(state.threat_velocity, i, velocity)
-        return guarding_lanes(alert, i, plan, state)
-    target_rows(i, plan, state, point)
-    target_velocity_rows(i, plan, state, velocity)
-    return where(there(state.q.shape[0] - i), 1.0, everywhere(0.0))
+        return move(where(active, velocity, 0.0), on, where(active, left, 0.0))

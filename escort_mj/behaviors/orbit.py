@@ -4,18 +4,15 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field
 
+from escort_mj.behaviors.robots import Robots
+from escort_mj.behaviors.task import Task, with_velocity
 from escort_mj.behaviors.vertices import Vertices
-from escort_mj.behaviors.wish import Wish
-from escort_mj.native.lanes import row_of, set_row
-from escort_mj.plan import Plan, State
+from escort_mj.native.kernels import inlined_once
+from escort_mj.native.vectors import quarter_turn
 
-Array = NDArray[np.float64]
-
-toward_vertex = Vertices.wish_lanes
+toward_vertex = inlined_once(Vertices.task)
 
 
 class Orbit(Vertices):
@@ -30,9 +27,7 @@ class Orbit(Vertices):
     rate: Annotated[float, Field(ge=-100.0, le=100.0)] = 0.2
     """Angular rate, counterclockwise from the first axis to the second [rad/s]."""
 
-    def wish_lanes(self, i: int, plan: Plan, state: State, x: Array, wish: Array, at: int) -> Wish:
+    def task(self, r: Robots) -> Task:
         """Return the task of `vertices` with the rotation added: it is across q - c, as the task is."""
-        found: Wish = toward_vertex(self, i, plan, state, x, wish, at)
-        set_row(wish, at, row_of(wish, at) - self.rate * row_of(x, 1))
-        set_row(wish, at + 1, row_of(wish, at + 1) + self.rate * row_of(x, 0))
-        return found
+        task: Task = toward_vertex(self, r)
+        return with_velocity(task, task.velocity + self.rate * quarter_turn(task.x))

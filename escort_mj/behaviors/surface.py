@@ -11,15 +11,16 @@ from pydantic import PositiveFloat
 
 from escort_mj.behaviors.avoid_obstacles import AvoidObstacles
 from escort_mj.behaviors.behavior import Behavior
-from escort_mj.behaviors.wish import Wish, along, keep_distance, look_at_target
+from escort_mj.behaviors.robots import Robots
+from escort_mj.behaviors.task import Task, keep_distance, with_error
 from escort_mj.components.obstacles import obstacles_seen
 from escort_mj.components.setup import MissionSetup
-from escort_mj.components.teams import radius_of, radius_rows
+from escort_mj.components.teams import radius_of
 from escort_mj.native.fields import Array as Field
 from escort_mj.native.fields import Fields, Value
 from escort_mj.native.kernels import inlined
-from escort_mj.native.lanes import everywhere
 from escort_mj.native.on_demand import on_demand
+from escort_mj.native.vectors import norm
 from escort_mj.numerics.formation import widest_spacing
 from escort_mj.numerics.program import evaluate_program
 from escort_mj.plan import Plan, State
@@ -109,15 +110,14 @@ class Surface(Behavior):
             body + (setup.target_radius or 0.0) + setup.outer.target_margin(setup),
         )
 
-    def wish_lanes(self: Any, i: int, plan: Plan, state: State, x: Array, wish: Array, at: int) -> Wish:
+    def task(self: Any, r: Robots) -> Task:
         """Return eq. 5: sigma = |q - c|^2 / 2 is to become radius^2 / 2, which may change."""
-        look_at_target(i, plan, state, x)
-        radius = ahead = radius_rows(i, plan, state)
-        if self.place >= 0:
-            now, rate = state.radius_now[self.place, 0], state.radius_now[self.place, 1]
-            radius, ahead = everywhere(now), everywhere(_ahead(now, rate, self.gain))
-        weight, error = keep_distance(state.q.shape[1], ahead, self.gain, x, 0, wish, at)
-        return along(weight, everywhere(1.0), abs(error + (ahead - radius)))
+        x = r.q - r.target
+        if self.place < 0:
+            return keep_distance(x, r.radius, self.gain)
+        radius, rate = r.state.radius_now[self.place, 0], r.state.radius_now[self.place, 1]
+        task = keep_distance(x, _ahead(radius, rate, self.gain), self.gain)
+        return with_error(task, abs(norm(x) - radius))
 
 
 def _margin(setup: MissionSetup) -> float:

@@ -14,9 +14,9 @@ import numpy as np
 from pydantic import PositiveFloat
 
 from escort_mj.behaviors.behavior import Behavior
-from escort_mj.behaviors.wish import Wish, across, look_at_target, square_of
+from escort_mj.behaviors.robots import Robots
+from escort_mj.behaviors.task import Task, across, speed_error, without
 from escort_mj.components.setup import MissionSetup
-from escort_mj.components.teams import radius_rows
 from escort_mj.knowledge.auction import know_vertices
 from escort_mj.knowledge.belief import target_place
 from escort_mj.knowledge.teammates import know_teammates
@@ -24,7 +24,6 @@ from escort_mj.native.fields import Array, Fields, Value
 from escort_mj.native.kernels import DOUBLE, inlined, matrix_at, merged, stack_memory
 from escort_mj.native.lanes import (
     WIDTH,
-    Lanes,
     everywhere,
     gather,
     load,
@@ -37,6 +36,7 @@ from escort_mj.native.lanes import (
     total,
     where,
 )
+from escort_mj.native.vectors import Vec, part_at, rows_at, set_part
 from escort_mj.plan import Plan, State
 
 
@@ -77,35 +77,28 @@ class Vertices(Behavior):
         """Whether robots bid for their vertices."""
         return self.assignment == "auction"
 
-    def wish_lanes(self, i: int, plan: Plan, state: State, x: Array, wish: Array, at: int) -> Wish:
+    def task(self, r: Robots) -> Task:
         """Return the task across the way to the target: toward the robot's vertex, R u_i - (q_i - c)."""
-        p = state.q.shape[1]
-        vertices, inward, radius = stack_rows(p), everywhere(0.0), radius_rows(i, plan, state)
-        look_at_target(i, plan, state, x)
-        load_rows(state.vertices, i, vertices)
-        square = square_of(x, 0, p)
-        weight = where(square > 0.0, 1.0 / square, 0.0)
-        for k in range(p):
-            vertex = everywhere(0.0)
-            for c in range(p):
-                vertex = vertex + _turn(i, k, c, plan, state) * row_of(vertices, c)
-            wanted = self.gain * (radius * vertex - row_of(x, k))
-            set_row(wish, at + k, wanted)
-            inward = inward + wanted * row_of(x, k)
-        inward = inward * weight
-        for k in range(p):
-            set_row(wish, at + k, row_of(wish, at + k) - inward * row_of(x, k))
-        return across(weight, root(square_of(wish, at, p)) / self.gain)
+        x = r.q - r.target
+        velocity = without(x, self.gain * (r.radius * _own_vertex(r) - x))
+        return across(x, velocity, speed_error(velocity, self.gain))
 
 
 @inlined
-def _turn(i: int, a: int, b: int, plan: Plan, state: State) -> Lanes:
-    """Return an entry of the rotation of the figure, as robots i to i + 7 have it."""
-    p = state.q.shape[1]
-    if plan.apart:
-        own: Lanes = gather(state.rotation, (i * p + a) * p + b, p * p)
-        return own
-    return everywhere(state.rotation[0, a, b])
+def _own_vertex(r: Robots) -> Vec:
+    """Return the vertices R u_i of robots in the figure as it is turned: the team's, or each robot's own."""
+    p, own = r.state.q.shape[1], rows_at(r.state, r.state.vertices, r.i)
+    rows, found = stack_rows(p), stack_rows(p)
+    set_part(rows, 0, own)
+    for k in range(p):
+        vertex = everywhere(0.0)
+        for c in range(p):
+            turn = everywhere(r.state.rotation[0, k, c])
+            if r.plan.apart:
+                turn = gather(r.state.rotation, (r.i * p + k) * p + c, p * p)
+            vertex = vertex + turn * row_of(rows, c)
+        set_row(found, k, vertex)
+    return part_at(r.state, found, 0)
 
 
 @merged

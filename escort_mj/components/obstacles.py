@@ -7,7 +7,8 @@ from typing import Annotated, Any
 from escort_mj.components.setup import MissionSetup
 from escort_mj.native.fields import Array, Fields, Recorded, Value
 from escort_mj.native.kernels import inlined, merged
-from escort_mj.native.lanes import Lanes, everywhere, lane_numbers, least, pick
+from escort_mj.native.lanes import lane_numbers, least
+from escort_mj.native.vectors import Vec, one_row, rows_from
 from escort_mj.plan import Plan, State
 
 
@@ -67,18 +68,16 @@ def obstacles_seen(robot: int, plan: Plan, state: State) -> Array:
 
 
 @inlined
-def obstacle_places(i: int, j: int, k: int, plan: Plan, state: State) -> Lanes:
-    """Where robots i to i + 7 find obstacle j on axis k [m]; as `obstacles_seen`."""
-    m, p = state.obstacle_position.shape
+def obstacle_places(i: int, j: int, plan: Plan, state: State) -> Vec:
+    """Where robots i to i + 7 find obstacle j [m]; as `obstacles_seen`."""
+    m = plan.obstacle_radius.shape[0]
     if plan.shaped or plan.lidar_rays.shape[0] > 0:
         robots = least(lane_numbers() + float(i), float(state.q.shape[0] - 1))
-        place = robots * float(m * p) + float(j * p + k)
+        row = robots * float(m) + float(j)
         if plan.lidar_rays.shape[0] > 0:
-            returned: Lanes = pick(state.lidar_point, place)
-            return returned
-        seen: Lanes = pick(state.obstacle_point, place)
-        return seen
-    return everywhere(state.obstacle_position[j, k])
+            return rows_from(state, state.lidar_point, row)
+        return rows_from(state, state.obstacle_point, row)
+    return one_row(state, state.obstacle_position[j])
 
 
 @inlined

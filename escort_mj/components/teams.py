@@ -7,7 +7,8 @@ from typing import Annotated, Any
 from escort_mj.components.setup import MissionSetup
 from escort_mj.native.fields import Array, Fields, Recorded, Value
 from escort_mj.native.kernels import inlined
-from escort_mj.native.lanes import Lanes, everywhere, greatest, load, pick, set_row
+from escort_mj.native.lanes import Lanes, everywhere, greatest, load
+from escort_mj.native.vectors import Vec, rows_from
 from escort_mj.plan import Plan, State
 
 
@@ -103,12 +104,9 @@ def team_of(target: int, plan: Plan, state: State) -> int:
 
 
 @inlined
-def of_teams(i: int, table: Array, state: State, rows: Array) -> None:
-    """Read the rows of a table of teams that robots i to i + 7 are in, into p rows of lanes."""
-    p = state.q.shape[1]
-    first = float(p) * greatest(load(state.member_of, i) - 1.0, 0.0)
-    for k in range(p):
-        set_row(rows, k, pick(table, first + float(k)))
+def of_teams(i: int, table: Array, state: State) -> Vec:
+    """Return the rows of a table of teams that robots i to i + 7 are in."""
+    return rows_from(state, table, greatest(load(state.member_of, i) - 1.0, 0.0))
 
 
 @inlined

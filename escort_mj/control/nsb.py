@@ -18,16 +18,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.behaviors import BEHAVIORS, AvoidObstacles, Behavior
-from escort_mj.behaviors.avoid_obstacles import sidestep
-from escort_mj.behaviors.wish import MAX_DIRECTIONS, MAX_LEVELS, Wish
+from escort_mj.behaviors.avoid_obstacles import POLAR
+from escort_mj.behaviors.robots import Robots, robots_at
+from escort_mj.behaviors.task import MAX_LEVELS, Task, leave
 from escort_mj.components.component import block_at, number_of, reader
 from escort_mj.components.dispatch import one_of
 from escort_mj.components.parameters import UNLIMITED
 from escort_mj.components.setup import MissionSetup
-from escort_mj.control.custom.calls import custom_wishes
-from escort_mj.knowledge.belief import target_velocity_rows
+from escort_mj.control.custom.calls import custom_task
 from escort_mj.native.fields import Array, Fields, Value
-from escort_mj.native.kernels import inlined, merged
+from escort_mj.native.kernels import inlined, inlined_once, merged
 from escort_mj.native.lanes import (
     Lanes,
     any_of,
@@ -35,16 +35,12 @@ from escort_mj.native.lanes import (
     greatest,
     least,
     load,
-    load_rows,
     root,
-    row_of,
-    set_row,
     stack_rows,
     store,
-    store_rows,
     there,
-    where,
 )
+from escort_mj.native.vectors import MOST_AXES, Vec, dot, part_at, set_part, set_rows, turned, where
 from escort_mj.plan import Plan, State
 
 Mask = NDArray[np.bool_]
@@ -101,103 +97,85 @@ def compose(i: int, phase: int, plan: Plan, state: State) -> None:
         plan: What the controller knows.
         state: Its state; `v_d` and `avoidance_active` are written. Nothing is asked of robots that are lost.
     """
-    p = state.q.shape[1]
+    r, parts = robots_at(i, plan, state), stack_rows(MAX_LEVELS * MOST_AXES)
     first, levels = int(plan.phase_first[phase]), int(plan.phase_levels[phase])
-    parts, x = stack_rows(MAX_LEVELS * p), stack_rows(MAX_DIRECTIONS * p)
-    carried, relative, speed = stack_rows(p), stack_rows(p), stack_rows(p)
     moving = 1.0 if plan.target_feedforward else 0.0
-    target_velocity_rows(i, plan, state, speed)
-    for k in range(p):
-        set_row(carried, k, moving * row_of(speed, k))
+    drift = moving * r.target_velocity
+    carried = drift
     active, bent, highest = everywhere(0.0), everywhere(0.0), levels
     for level in range(levels - 1, -1, -1):
         escort = plan.level_in_world[first + level] == 0.0
         avoids = plan.level_avoids[first + level] != 0.0
         if avoids and plan.outer_avoids:
-            for k in range(p):
-                set_row(parts, p * level + k, everywhere(0.0))
+            set_part(parts, MOST_AXES * level, 0.0 * drift)
             continue
-        task = wish(i, first + level, plan, state, x, parts, p * level)
+        task = task_of(first + level, r)
+        if avoids and not any_of(task.active > 0.5):
+            set_part(parts, MOST_AXES * level, task.velocity)
+            continue
+        velocity = task.velocity
         if avoids:
-            if not any_of(task.active > 0.5):
-                continue
             active = greatest(active, task.active)
-            if plan.level_behavior[first + level] == AVOID_OBSTACLES:
-                share = avoidance_of(first + level, plan).sidestep
-                if share > 0.0:
-                    _spend(level + 1, highest, levels, carried, parts, plan.max_speed, relative)
-                    sidestep(level, share, task.active, x, relative, parts)
+        if task.sidestep > 0.0:
+            wanted = _spend(level + 1, highest, levels, carried, parts, r)
+            velocity = velocity + sidestep(task, wanted, state.q.shape[1])
+        set_part(parts, MOST_AXES * level, velocity)
         for lower in range(level + 1, levels):
-            leave(p, task, x, parts, p * lower)
+            set_part(parts, MOST_AXES * lower, leave(task, part_at(state, parts, MOST_AXES * lower)))
         if not escort:
-            leave(p, task, x, carried, 0)
+            carried = leave(task, carried)
             bent = greatest(bent, task.active)
             continue
         highest = level
         if any_of(bent > 0.5):  # what is below has bent the feed-forward: its remainder is projected
-            for k in range(p):
-                set_row(relative, k, row_of(carried, k) - moving * row_of(speed, k))
-            leave(p, task, x, relative, 0)
-            for k in range(p):
-                set_row(carried, k, moving * row_of(speed, k) + row_of(relative, k))
-    _spend(0, highest, levels, carried, parts, plan.max_speed, relative)
-    set_velocities(i, phase, relative, active, plan, state)
+            carried = drift + leave(task, carried - drift)
+    set_velocities(phase, _spend(0, highest, levels, carried, parts, r), active, r)
 
 
 @inlined
-def set_velocities(i: int, phase: int, velocity: Array, active: Lanes, plan: Plan, state: State) -> None:
-    """Writes the reference velocities of those of robots i to i + 7 that a phase rules now.
+def set_velocities(phase: int, velocity: Vec, active: Lanes, r: Robots) -> None:
+    """Writes the reference velocities of those robots that a phase rules now.
 
     Args:
-        i: First robot, from 0.
         phase: Which phase.
-        velocity: In p rows of lanes [m/s]; changed.
+        velocity: Theirs [m/s].
         active: 1 for robots that avoid something, else 0.
-        plan: As for `compose`.
-        state: As for `compose`.
+        r: The robots.
     """
-    p = state.q.shape[1]
+    i, plan, state = r.i, r.plan, r.state
     if not plan.alike:
-        mine, before = ruled(i, phase, plan, state), stack_rows(p)
-        left = load(state.lost, i) < 0.5
-        load_rows(state.v_d, i, before)
-        for k in range(p):
-            mended = where(left, row_of(velocity, k), 0.0)
-            set_row(velocity, k, where(mine, mended, row_of(before, k)))
+        mine, left = ruled(i, phase, plan, state), load(state.lost, i) < 0.5
+        velocity = where(mine, where(left, velocity, 0.0), r.at(state.v_d, 0))
         active = where(mine, where(left, active, 0.0), load(state.avoidance_active, i))
     store(state.avoidance_active, i, active)
-    store_rows(state.v_d, i, velocity)
+    set_rows(state.v_d, i, velocity)
 
 
 @inlined
-def wish(i: int, level: int, plan: Plan, state: State, x: Array, parts: Array, at: int) -> Wish:
-    """What one behavior, by itself, wants of robots i to i + 7.
+def task_of(level: int, r: Robots) -> Task:
+    """What one behavior, by itself, asks of robots.
 
     Args:
-        i: First robot, from 0.
         level: The behavior's level, of all phases' levels.
-        plan: As for `compose`.
-        state: As for `compose`; nothing is written.
-        x: Result: the task's directions, in p rows of lanes each.
-        parts: Result: the wished velocities [m/s], in p rows of lanes; 0 where the task is inactive.
-        at: The first of these rows.
+        r: The robots.
     """
-    behavior, block = int(plan.level_behavior[level]), block_at(int(plan.level_place[level]), plan)
-    return _wish_of(behavior, block, i, plan, state, x, parts, at)
+    behavior, block = int(r.plan.level_behavior[level]), block_at(int(r.plan.level_place[level]), r.plan)
+    found: Task = _task_of(behavior, block, r)
+    return found
 
 
-def _wish_by(behavior: type[Behavior]) -> Callable[..., Any]:
+def _task_by(behavior: type[Behavior]) -> Callable[..., Any]:
     """Return the kernel that asks a behavior that ships."""
-    ask, read = inlined(behavior.__dict__["wish_lanes"]), reader(behavior)
+    ask, read = inlined_once(behavior.task), reader(behavior)
 
-    def wish_by(block: int, i: int, plan: Plan, state: State, x: Array, parts: Array, at: int) -> Wish:
-        found: Wish = ask(read(block, 0), i, plan, state, x, parts, at)
+    def task_by(block: int, r: Robots) -> Task:
+        found: Task = ask(read(block, 0), r)
         return found
 
-    return inlined(wish_by)
+    return inlined(task_by)
 
 
-_wish_of = one_of([*map(_wish_by, BEHAVIORS), custom_wishes])
+_task_of = one_of([*map(_task_by, BEHAVIORS), custom_task])
 AVOID_OBSTACLES = BEHAVIORS.index(AvoidObstacles)
 _read_avoidance = reader(AvoidObstacles)
 
@@ -209,83 +187,70 @@ def avoidance_of(level: int, plan: Plan) -> Any:
 
 
 @inlined
-def leave(p: int, task: Wish, x: Array, parts: Array, at: int) -> None:
-    """Projects a part of lower priority into the null space of a task, in place.
+def sidestep(task: Task, wanted: Vec, axes: int) -> Vec:
+    """Return a velocity around what robots avoid, where it blocks the wishes below it head-on.
+
+    What these leave across the gradient x, a unit vector away from the body, is filled up to a share of what
+    avoidance blocks of them. All robots turn the same way around whatever they meet (counterclockwise in the
+    plane), so that two that meet head-on pass each other. Along x nothing changes: J1 v_d stays lambda
+    sigma~.
 
     Args:
-        p: Number of axes.
-        task: The task.
-        x: Its directions.
-        parts: The part is in its p rows from `at` on.
-        at: The first of them.
+        task: That of avoidance.
+        wanted: Velocity that robots would have without it, within the speed limit [m/s]. Wishes beyond it
+            would turn a robot another way than it goes outside of the sphere, and hold it there.
+        axes: Number of axes.
     """
-    along, other = everywhere(0.0), everywhere(0.0)
-    for k in range(p):
-        along = along + row_of(x, k) * row_of(parts, at + k)
-    along = along * task.weight
-    if task.directions == MAX_DIRECTIONS:
-        for k in range(p):
-            other = other + row_of(x, p + k) * row_of(parts, at + k)
-        other = other * task.second
-        for k in range(p):
-            rest = 2.0 * row_of(parts, at + k) - along * row_of(x, k) - other * row_of(x, p + k)
-            set_row(parts, at + k, rest)
-        return
-    for k in range(p):
-        removed = along * row_of(x, k)
-        set_row(parts, at + k, where(task.across > 0.5, removed, row_of(parts, at + k) - removed))
+    outward, square = dot(wanted, task.x), dot(wanted, wanted)
+    speed = -task.sidestep * outward - root(greatest(square - outward * outward, 0.0))
+    speed = where(speed > 0.0, speed, 0.0) * task.active
+    if axes % 2 == 0:
+        return speed * turned(task.x, 0)
+    # Axes are turned in pairs; of an odd number one has no partner: not the one that x points along.
+    polar = abs(task.x[-1]) > POLAR
+    return where(polar, 0.0, speed) * turned(task.x, 0) + where(polar, speed, 0.0) * turned(task.x, 1)
 
 
 @inlined
-def _spend(
-    level: int, highest: int, levels: int, carried: Array, parts: Array, max_speed: float, total: Array
-) -> None:
-    """Adds up the parts from one level down, each as far as the speed limit leaves room for it.
+def _spend(level: int, highest: int, levels: int, carried: Vec, parts: Array, r: Robots) -> Vec:
+    """Return the sum of the parts from one level down, each as far as the speed limit leaves room for it.
 
     Args:
         level: The first level.
         highest: That of the most important escort behavior: the feed-forward comes before it.
         levels: Number of levels.
-        carried: What is left of the feed-forward, in p rows of lanes [m/s].
-        parts: Parts by level, p rows each [m/s].
-        max_speed: Limit [m/s]; `UNLIMITED` for none.
-        total: Result, in p rows [m/s].
+        carried: What is left of the feed-forward [m/s].
+        parts: Parts by level, in rows of scratch [m/s].
+        r: The robots.
     """
-    p = total.shape[0]
-    for k in range(p):
-        set_row(total, k, everywhere(0.0))
+    total = 0.0 * carried
     for lower in range(level, levels):
         if lower == highest:
-            _add_within_limit(total, carried, 0, max_speed)
-        _add_within_limit(total, parts, p * lower, max_speed)
+            total = _within_limit(total, carried, r.max_speed)
+        total = _within_limit(total, part_at(r.state, parts, MOST_AXES * lower), r.max_speed)
     if highest == levels:
-        _add_within_limit(total, carried, 0, max_speed)
+        total = _within_limit(total, carried, r.max_speed)
+    return total
 
 
 @inlined
-def _add_within_limit(total: Array, parts: Array, at: int, max_speed: float) -> None:
-    """Adds as much of a part as the speed limit leaves: total + alpha part, alpha in [0, 1] at its largest.
+def _within_limit(total: Vec, part: Vec, max_speed: float) -> Vec:
+    """Return total + alpha part, with the largest alpha of 0 to 1 that keeps the speed limit.
 
     Args:
-        total: Velocity spent by higher priorities, in p rows of lanes [m/s]; changed in place.
-        parts: Velocity wanted by this priority, in its rows from `at` on [m/s].
-        at: The first of them.
+        total: Velocity spent by higher priorities [m/s].
+        part: Velocity wanted by this priority [m/s].
         max_speed: Limit [m/s]; `UNLIMITED` for none.
     """
-    p = total.shape[0]
+    if not max_speed < UNLIMITED:
+        return total + part
+    a, b, c = dot(part, part), dot(part, total), dot(total, total)
+    room = max_speed * max_speed - c
+    room = where(room < ROUNDING * max_speed * max_speed, 0.0, room)  # all is spent but rounding
+    beyond = a + 2.0 * b > room
     alpha = everywhere(1.0)
-    if max_speed < UNLIMITED:
-        a, b, c = everywhere(0.0), everywhere(0.0), everywhere(0.0)
-        for k in range(p):
-            a = a + row_of(parts, at + k) * row_of(parts, at + k)
-            b = b + row_of(parts, at + k) * row_of(total, k)
-            c = c + row_of(total, k) * row_of(total, k)
-        room = max_speed * max_speed - c
-        room = where(room < ROUNDING * max_speed * max_speed, 0.0, room)  # all is spent but rounding
-        beyond = a + 2.0 * b > room
-        if any_of(beyond):
-            discriminant = root(b * b + a * room)
-            within = where(b > 0.0, room, discriminant - b) / where(b > 0.0, discriminant + b, a)
-            alpha = where(beyond, least(within, 1.0), alpha)
-    for k in range(p):
-        set_row(total, k, row_of(total, k) + alpha * row_of(parts, at + k))
+    if any_of(beyond):
+        discriminant = root(b * b + a * room)
+        within = where(b > 0.0, room, discriminant - b) / where(b > 0.0, discriminant + b, a)
+        alpha = where(beyond, least(within, 1.0), alpha)
+    return total + alpha * part

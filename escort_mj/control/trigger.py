@@ -9,15 +9,15 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import NonNegativeFloat, PositiveFloat
 
-from escort_mj.behaviors.wish import MAX_DIRECTIONS
+from escort_mj.behaviors.robots import robots_at
 from escort_mj.components.parameters import Parameters
 from escort_mj.components.setup import MissionSetup
-from escort_mj.control.nsb import wish
+from escort_mj.control.nsb import task_of
 from escort_mj.knowledge.belief import target_place, target_speed
 from escort_mj.native.fields import Array, Fields, Value
 from escort_mj.native.kernels import inlined, merged
-from escort_mj.native.lanes import WIDTH, any_of, everywhere, load, stack_rows, store, where
-from escort_mj.native.on_demand import on_demand
+from escort_mj.native.lanes import WIDTH, any_of, everywhere, load, store, where
+from escort_mj.native.on_demand import on_demand_unrolled
 from escort_mj.plan import Plan, State
 
 Mask = NDArray[np.bool_]
@@ -94,7 +94,7 @@ def refresh(plan: Plan, state: State) -> bool:
     return _refresh_some(plan, state)
 
 
-@on_demand
+@on_demand_unrolled
 def _refresh_some(plan: Plan, state: State) -> bool:
     """Lets those robots run the outer loop that have reason to; returns whether anybody has."""
     n, p = state.q.shape
@@ -119,17 +119,14 @@ def _refresh_some(plan: Plan, state: State) -> bool:
 @merged
 def _note_intrusions(plan: Plan, state: State) -> None:
     """Sets `fresh` to 1 for robots into whose safe sphere something intrudes, to 0 for the others."""
-    n, p = state.q.shape
-    x, velocity = stack_rows(MAX_DIRECTIONS * p), stack_rows(p)
-    for i in range(0, n, WIDTH):
-        found = everywhere(0.0)
+    for i in range(0, state.q.shape[0], WIDTH):
+        r, found = robots_at(i, plan, state), everywhere(0.0)
         for f in range(plan.phase_first.shape[0]):
             mine = abs(load(state.phase, i) - float(f)) < 0.5
             first = int(plan.phase_first[f])
             for level in range(first, first + int(plan.phase_levels[f])):
                 if plan.level_avoids[level] != 0.0 and any_of(mine):
-                    task = wish(i, level, plan, state, x, velocity, 0)
-                    found = where(mine & (task.active > 0.5), 1.0, found)
+                    found = where(mine & (task_of(level, r).active > 0.5), 1.0, found)
         store(state.fresh, i, found)
 
 

@@ -13,7 +13,7 @@ from escort_mj.control.outer_loops import OUTER_LOOPS, OuterLoop
 from escort_mj.native.fields import Fields, Value
 from escort_mj.native.kernels import inlined, reachable
 from escort_mj.native.lanes import any_of, everywhere, load, store, where
-from escort_mj.native.on_demand import on_demand
+from escort_mj.native.on_demand import on_demand_unrolled
 from escort_mj.plan import Plan, State
 
 
@@ -73,7 +73,7 @@ def _kernel_of(loop: type[OuterLoop]) -> Callable[..., Any]:
     def finish(i: int, phase: int, plan: Plan, state: State) -> None:
         write(read(block_at(plan.outer_place, plan), 0), i, phase, plan, state)
 
-    return on_demand(reachable(finish, f"finish_by_{loop.model_fields['loop'].default}"))
+    return on_demand_unrolled(reachable(finish, f"finish_by_{loop.model_fields['loop'].default}"))
 
 
 _finish = one_of([_kernel_of(loop) for loop in OUTER_LOOPS])

@@ -13,7 +13,7 @@ from escort_mj.components.setup import MissionSetup
 from escort_mj.components.teams import of_teams
 from escort_mj.native.fields import Array, Fields, Value
 from escort_mj.native.kernels import inlined, merged
-from escort_mj.native.lanes import everywhere, load_rows, set_row
+from escort_mj.native.vectors import Vec, one_row, rows_at, set_part
 from escort_mj.plan import Plan, State
 
 LEAST_VARIANCE = 1e-12  # of what is known exactly [m^2 or m^2/s^2]
@@ -47,29 +47,35 @@ class BeliefState(Fields):
 
 
 @inlined
+def target_of(i: int, plan: Plan, state: State) -> Vec:
+    """Return where robots i to i + 7 believe the target to be [m]."""
+    if not plan.apart:
+        return one_row(state, state.target_position_measured)
+    if plan.informed:
+        return rows_at(state, state.target_estimate, i)
+    return of_teams(i, state.team_center, state)
+
+
+@inlined
+def target_velocity_of(i: int, plan: Plan, state: State) -> Vec:
+    """Return how fast robots i to i + 7 believe the target to move [m/s]."""
+    if not plan.apart:
+        return one_row(state, state.target_velocity_measured)
+    if plan.informed:
+        return rows_at(state, state.target_velocity_estimate, i)
+    return of_teams(i, state.team_velocity, state)
+
+
+@inlined
 def target_rows(i: int, plan: Plan, state: State, rows: Array) -> None:
-    """Read where robots i to i + 7 believe the target to be, into p rows of lanes [m]."""
-    if plan.apart:
-        if plan.informed:
-            load_rows(state.target_estimate, i, rows)
-        else:
-            of_teams(i, state.team_center, state, rows)
-        return
-    for k in range(state.q.shape[1]):
-        set_row(rows, k, everywhere(state.target_position_measured[k]))
+    """Write `target_of` to p rows of lanes [m]."""
+    set_part(rows, 0, target_of(i, plan, state))
 
 
 @inlined
 def target_velocity_rows(i: int, plan: Plan, state: State, rows: Array) -> None:
-    """Read how fast robots i to i + 7 believe the target to move, into p rows of lanes [m/s]."""
-    if plan.apart:
-        if plan.informed:
-            load_rows(state.target_velocity_estimate, i, rows)
-        else:
-            of_teams(i, state.team_velocity, state, rows)
-        return
-    for k in range(state.q.shape[1]):
-        set_row(rows, k, everywhere(state.target_velocity_measured[k]))
+    """Write `target_velocity_of` to p rows of lanes [m/s]."""
+    set_part(rows, 0, target_velocity_of(i, plan, state))
 
 
 @merged

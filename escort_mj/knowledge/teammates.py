@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, Any
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,8 +13,19 @@ from escort_mj.components.setup import MissionSetup
 from escort_mj.knowledge.links import radio_of
 from escort_mj.native.fields import Array, Fields, Value
 from escort_mj.native.kernels import inlined, stack_memory, vector_at
-from escort_mj.native.lanes import WIDTH
+from escort_mj.native.lanes import (
+    WIDTH,
+    Lanes,
+    everywhere,
+    lane_numbers,
+    least,
+    load,
+    pick,
+    there,
+    where,
+)
 from escort_mj.native.on_demand import on_demand
+from escort_mj.native.vectors import Vec, norm, one_row, rows_at, rows_from
 from escort_mj.numerics.vectors import make_unit
 from escort_mj.plan import Plan, State
 
@@ -93,6 +104,57 @@ def heard_at(robot: int, place: int, plan: Plan, state: State) -> tuple[int, flo
     if mate < 0 or age == math.inf or age > radio_of(plan).timeout or state.lost[mate] != 0.0:
         return -1, 0.0
     return mate, age
+
+
+class Mate(NamedTuple):
+    """A teammate of each of robots i to i + 7, as the robot knows it.
+
+    Attributes:
+        known: For which robots there is one.
+        position: Where it is [m].
+        radius: Its radius [m].
+        seen: Which robots know it because they hear it, or because it is within the range of their sensors.
+    """
+
+    known: Any
+    position: Vec
+    radius: Lanes
+    seen: Any
+
+
+@inlined
+def mate_of(i: int, place: int, plan: Plan, state: State) -> Mate:
+    """Return the teammate at a place of the list of each of robots i to i + 7; as `mate_at`."""
+    n = state.q.shape[0]
+    known, number = there(n - i), everywhere(float(place))
+    if state.link_from.shape[0] > 0:
+        slots = state.link_from.shape[1]
+        robot = least(lane_numbers() + float(i), float(n - 1))
+        link = robot * float(slots) + float(place)
+        number, step = pick(state.link_from, link), pick(state.link_step, link)
+        age = (state.step[0] - step) * plan.timestep
+        known = known & (number > -0.5) & (step > -0.5) & (age <= radio_of(plan).timeout)
+        number = where(known, number, 0.0)
+        known = known & (pick(state.lost, number) < 0.5) & _of_one_team(i, number, plan, state)
+        position = rows_from(state, state.heard_position, link)
+        position = position + where(known, age, 0.0) * rows_from(state, state.heard_velocity, link)
+        return Mate(known, position, pick(plan.robot_radius, number), known)
+    known = known & (abs(lane_numbers() + float(i - place)) > 0.5) & (everywhere(state.lost[place]) < 0.5)
+    known = known & _of_one_team(i, number, plan, state)
+    position, radius = one_row(state, state.q_measured[place]), everywhere(plan.robot_radius[place])
+    seen = known
+    if plan.sensing_robots < UNLIMITED:
+        gap = norm(rows_at(state, state.q_measured, i) - position) - (load(plan.robot_radius, i) + radius)
+        seen = known & (gap <= plan.sensing_robots)
+    return Mate(known, position, radius, seen)
+
+
+@inlined
+def _of_one_team(i: int, number: Lanes, plan: Plan, state: State) -> Any:
+    """Which of robots i to i + 7 are of the team of another one each, by its number."""
+    if plan.team_radius.shape[0] == 0:
+        return number > -1.0
+    return abs(pick(state.member_of, number) - load(state.member_of, i)) < 0.5
 
 
 @inlined

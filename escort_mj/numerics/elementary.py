@@ -126,6 +126,18 @@ def power(x: Lanes, y: Lanes) -> Lanes:
 
 
 @inlined
+def arc_tangent(y: Lanes, x: Lanes) -> Lanes:
+    """Angle of (x, y) from the first axis, -pi to pi [rad]; with libm, one by one."""
+    memory = stack_memory()
+    ahead, aside = vector_at(memory, WIDTH), vector_at(memory + DOUBLE * WIDTH, WIDTH)
+    store(ahead, 0, x)
+    store(aside, 0, y)
+    for lane in range(WIDTH):
+        ahead[lane] = math.atan2(aside[lane], ahead[lane])
+    return load(ahead, 0)
+
+
+@inlined
 def _by_calls(x: Lanes) -> tuple[Lanes, Lanes]:
     """The same with libm, one by one."""
     memory = stack_memory()

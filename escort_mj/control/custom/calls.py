@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 from typing import Annotated
 
-from escort_mj.behaviors.wish import Wish, square_of
+from escort_mj.behaviors.robots import Robots
+from escort_mj.behaviors.task import Task
 from escort_mj.control.custom.native import NO_NUMBER, NONE, note_failure, table_address
 from escort_mj.knowledge.belief import target_place, target_speed
 from escort_mj.native.fields import Array, Fields, Value
@@ -19,8 +20,9 @@ from escort_mj.native.kernels import (
     pointer_at,
     view_addresses,
 )
-from escort_mj.native.lanes import WIDTH, everywhere, load, load_rows, row_of, set_row, stack_rows, where
+from escort_mj.native.lanes import WIDTH, everywhere, load
 from escort_mj.native.on_demand import on_demand
+from escort_mj.native.vectors import dot, where
 from escort_mj.plan import Plan, State
 
 NEVER = 1e300
@@ -195,31 +197,23 @@ def custom_sensor(s: int, question: int, plan: Plan, state: State) -> None:
 
 
 @inlined
-def custom_wishes(block: int, i: int, plan: Plan, state: State, x: Array, wish: Array, at: int) -> Wish:
-    """What a plugin's behavior wants of robots i to i + 7.
+def custom_task(block: int, r: Robots) -> Task:
+    """Return what a plugin's behavior asks of robots; the rows `wished_...` of these robots are scratch.
 
     Args:
         block: Address of its parameters.
-        i: First robot, from 0.
-        plan: What the controller knows.
-        state: Its state; the rows `wished_...` of these robots are scratch.
-        x: Result: the task's direction, in p rows of lanes.
-        wish: Result: the wished velocity [m/s].
-        at: Its first row.
+        r: The robots.
     """
-    _ask_plugin(block, i, plan, state)
-    p = state.q.shape[1]
-    rows = stack_rows(p)
-    load_rows(state.wished_direction, i, rows)
-    for k in range(p):
-        set_row(x, k, row_of(rows, k))
-    load_rows(state.wished_velocity, i, rows)
-    for k in range(p):
-        set_row(wish, at + k, row_of(rows, k))
-    rank, square = load(state.wished_rank, i), square_of(x, 0, p)
-    active, crosswise = where(abs(rank) > 0.5, 1.0, everywhere(0.0)), where(rank < -0.5, 1.0, everywhere(0.0))
-    weight = where(square > 0.0, active / square, 0.0)
-    return Wish(1, weight, everywhere(0.0), crosswise, active, load(state.wished_error, i))
+    _ask_plugin(block, r.i, r.plan, r.state)
+    x, velocity, rank = (
+        r.at(r.state.wished_direction, 0),
+        r.at(r.state.wished_velocity, 0),
+        load(r.state.wished_rank, r.i),
+    )
+    nothing, square = everywhere(0.0), dot(x, x)
+    active, crosswise = where(abs(rank) > 0.5, 1.0, nothing), where(rank < -0.5, 1.0, nothing)
+    weight, error = where(square > 0.0, active / square, 0.0), load(r.state.wished_error, r.i)
+    return Task(velocity, x, weight, x, nothing, 1, crosswise, active, error, 0.0)
 
 
 @on_demand

@@ -8,16 +8,15 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import PositiveFloat
 
-from escort_mj.behaviors.wish import MAX_DIRECTIONS
+from escort_mj.behaviors.robots import robots_at
 from escort_mj.components.obstacles import obstacles_seen
-from escort_mj.control.nsb import AVOID_OBSTACLES, avoidance_of, set_velocities, wish
+from escort_mj.control.nsb import AVOID_OBSTACLES, avoidance_of, set_velocities, task_of
 from escort_mj.control.outer_loops.nearby import bearing, reach_of
 from escort_mj.control.outer_loops.outer_loop import OuterLoop, runs_now, slow_down
-from escort_mj.knowledge.belief import target_velocity_rows
 from escort_mj.knowledge.teammates import may_be, places_of
 from escort_mj.native.fields import Array
 from escort_mj.native.kernels import inlined, stack_memory, vector_at
-from escort_mj.native.lanes import WIDTH, everywhere, row_of, set_row, stack_rows
+from escort_mj.native.lanes import WIDTH, everywhere
 from escort_mj.plan import Plan, State
 
 Mask = NDArray[np.bool_]
@@ -43,22 +42,17 @@ class PotentialField(OuterLoop):
 
     def velocity_lanes(self, i: int, phase: int, plan: Plan, state: State) -> None:
         """The same for robots i to i + 7, compiled."""
-        n, p = state.q.shape
+        (n, p), r = state.q.shape, robots_at(i, plan, state)
         first, levels = int(plan.phase_first[phase]), int(plan.phase_levels[phase])
-        x, part, total = stack_rows(MAX_DIRECTIONS * p), stack_rows(p), stack_rows(p)
-        target_velocity_rows(i, plan, state, total)
         moving = 0.0
         for level in range(first, first + levels):
             if plan.target_feedforward and plan.level_in_world[level] == 0.0:
                 moving = 1.0
-        for k in range(p):
-            set_row(total, k, moving * row_of(total, k))
+        total = moving * r.target_velocity
         for level in range(first, first + levels):
             if plan.level_avoids[level] == 0.0:
-                wish(i, level, plan, state, x, part, 0)
-                for k in range(p):
-                    set_row(total, k, row_of(total, k) + row_of(part, k))
-        set_velocities(i, phase, total, everywhere(0.0), plan, state)
+                total = total + task_of(level, r).velocity
+        set_velocities(phase, total, everywhere(0.0), r)
         for robot in range(i, min(i + WIDTH, n)):
             if not runs_now(robot, phase, plan, state):
                 continue

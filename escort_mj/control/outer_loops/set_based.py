@@ -57,6 +57,7 @@ from escort_mj.native.lanes import (
     store,
     where,
 )
+from escort_mj.native.vectors import dot, rows_at
 from escort_mj.numerics.neighbors import seen_neighbors
 from escort_mj.numerics.vectors import length_of
 from escort_mj.plan import Plan, State
@@ -195,10 +196,8 @@ def _may_bind(i: int, level: int, avoid: Any, rules: Rules, plan: Plan, state: S
     fastest = fastest_obstacle(state)
     away, lead = _horizon(speed + fastest, rules), lead_of(fastest, most)
     for j in range(plan.obstacle_radius.shape[0]):
-        square = everywhere(0.0)
-        for k in range(p):
-            way = row_of(here, k) - obstacle_places(i, j, k, plan, state)
-            square = square + way * way
+        way = rows_at(state, q, i) - obstacle_places(i, j, plan, state)
+        square = dot(way, way)
         look = avoid.safe_distance + to_surface * (own + plan.seen_radius[j])
         if lead > 0.0:
             look = look + lead * (look + breadth_of(plan.obstacle_extent[j]))

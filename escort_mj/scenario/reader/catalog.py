@@ -14,7 +14,7 @@ from pydantic import BaseModel, Field, create_model
 
 from escort_mj.behaviors import BEHAVIORS
 from escort_mj.behaviors.behavior import Behavior
-from escort_mj.behaviors.wish import MAX_LEVELS
+from escort_mj.behaviors.task import MAX_LEVELS
 from escort_mj.disturbances import DISTURBANCES, Disturbance
 from escort_mj.errors import PluginError
 from escort_mj.estimators import ESTIMATORS, Estimator

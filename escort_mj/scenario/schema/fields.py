@@ -11,7 +11,7 @@ from pydantic_core import PydanticCustomError
 
 from escort_mj.behaviors import BEHAVIORS
 from escort_mj.behaviors import Behavior as AnyBehavior
-from escort_mj.behaviors.wish import MAX_LEVELS
+from escort_mj.behaviors.task import MAX_LEVELS
 from escort_mj.components.parameters import TEXT
 from escort_mj.control.outer_loops import OUTER_LOOPS
 from escort_mj.control.outer_loops import OuterLoop as OuterLoopParameters

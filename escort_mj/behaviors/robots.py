@@ -1,0 +1,120 @@
+"""What behaviors see: eight robots at a moment, each value with a lane for every robot."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from escort_mj.components.obstacles import obstacle_places
+from escort_mj.components.teams import radius_rows
+from escort_mj.knowledge.belief import target_of, target_velocity_of
+from escort_mj.knowledge.teammates import Mate, mate_of, places_of
+from escort_mj.native.lanes import Lanes, greatest, least, load, there
+from escort_mj.native.values import maker_of
+from escort_mj.native.vectors import Vec, rows_at, rows_from
+
+if TYPE_CHECKING:
+    from escort_mj.memory.layout import Plan, State
+
+
+class Robots:
+    """Robots i to i + 7, and what they know; SI units, world frame.
+
+    Positions and velocities are vectors (`Vec`), all else is lanes or, where it is the same for all robots, a
+    number. Lanes past the last robot are computed and read by nobody.
+    """
+
+    i: int
+    plan: Plan
+    state: State
+
+    def __init__(self, i: int, plan: Plan, state: State) -> None:
+        self.i, self.plan, self.state = i, plan, state
+
+    @property
+    def there(self) -> Any:
+        """Which lanes stand for a robot."""
+        return there(self.state.q.shape[0] - self.i)
+
+    @property
+    def q(self) -> Vec:
+        """Measured position [m]."""
+        return rows_at(self.state, self.state.q_measured, self.i)
+
+    @property
+    def v(self) -> Vec:
+        """Measured velocity [m/s]."""
+        return rows_at(self.state, self.state.v_measured, self.i)
+
+    @property
+    def e(self) -> Vec:
+        """Error of the position, q_d - q [m]."""
+        return rows_at(self.state, self.state.e, self.i)
+
+    @property
+    def slope(self) -> Lanes:
+        """Slope of s = e_dot + slope * e of the robot's law [1/s]."""
+        return load(self.state.slopes, self.i)
+
+    @property
+    def target(self) -> Vec:
+        """Where each robot believes its target to be [m]."""
+        return target_of(self.i, self.plan, self.state)
+
+    @property
+    def target_velocity(self) -> Vec:
+        """How fast each robot believes its target to move [m/s]."""
+        return target_velocity_of(self.i, self.plan, self.state)
+
+    @property
+    def radius(self) -> Lanes:
+        """Distance that each robot is to keep from its target, of the mission or of its team [m]."""
+        return radius_rows(self.i, self.plan, self.state)
+
+    @property
+    def robot_radius(self) -> Lanes:
+        """Radius of each robot [m]."""
+        return load(self.plan.robot_radius, self.i)
+
+    @property
+    def time(self) -> float:
+        """Time of the mission [s]."""
+        return self.state.time[0]
+
+    @property
+    def timestep(self) -> float:
+        """Physics and control step [s]."""
+        return self.plan.timestep
+
+    @property
+    def max_speed(self) -> float:
+        """Largest reference speed; 1e300 for no limit [m/s]."""
+        return self.plan.max_speed
+
+    def at(self, matrix: Any, first: int) -> Vec:
+        """Return a vector for each robot, of a matrix whose rows from the first one on are the robots'."""
+        return rows_at(self.state, matrix, first + self.i)
+
+    def position_of(self, others: Any) -> Vec:
+        """Return the measured position of another robot for each robot, by its number [m]."""
+        known = least(greatest(load(others, self.i), 0.0), float(self.state.q.shape[0] - 1))
+        return rows_from(self.state, self.state.q_measured, known)
+
+    def obstacle(self, j: int) -> Vec:
+        """Return where each robot finds an obstacle: its center, or of no sphere its nearest point [m]."""
+        return obstacle_places(self.i, j, self.plan, self.state)
+
+    @property
+    def places(self) -> int:
+        """How many teammates a robot can know of, see `mate`."""
+        return places_of(self.state)
+
+    def mate(self, place: int) -> Mate:
+        """Return a teammate of each robot, at a place from 0 to `places` - 1 of what the robot knows.
+
+        With a radio, these are teammates that it has heard within the timeout, where they are by now if they
+        have kept their velocity; without one, all left of its team, as the sensors show them.
+        """
+        return mate_of(self.i, place, self.plan, self.state)
+
+
+robots_at = maker_of(Robots)
