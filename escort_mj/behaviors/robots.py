@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from escort_mj.components.obstacles import obstacle_places
 from escort_mj.components.teams import radius_rows
@@ -11,9 +11,7 @@ from escort_mj.knowledge.teammates import Mate, mate_of, places_of
 from escort_mj.native.lanes import Lanes, greatest, least, load, there
 from escort_mj.native.values import maker_of
 from escort_mj.native.vectors import Vec, rows_at, rows_from
-
-if TYPE_CHECKING:
-    from escort_mj.memory.layout import Plan, State
+from escort_mj.plan import Plan, State
 
 
 class Robots:

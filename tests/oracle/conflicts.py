@@ -10,11 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.behaviors import Behavior
-from escort_mj.control.conflicts import SAME
 from tests.oracle.behaviors import asked, is_active, resolved, task_error
 from tests.oracle.task import Situation, row_spaces
 
 Array = NDArray[np.float64]
+
+SAME = 1e-9  # singular values below this share of the largest are rounding
 
 
 class Tasks(NamedTuple):
