@@ -19,7 +19,7 @@ class Behavior(Component):
 
     - robot by robot, as plugins are: `wish`, called with itself (compiled: with its parameters' numbers), a
       `BehaviorView`, and which robot it is, from 0; it returns `ALONG`, `ACROSS` or `NOTHING`;
-    - as those that ship are: `wish_lanes`, eight robots at once.
+    - as those that ship are: `task`, called with `Robots`, eight at once; it returns a `Task`.
     """
 
     method: ClassVar[str] = "wish"

@@ -166,7 +166,7 @@ def task_of(level: int, r: Robots) -> Task:
 
 def _task_by(behavior: type[Behavior]) -> Callable[..., Any]:
     """Return the kernel that asks a behavior that ships."""
-    ask, read = inlined_once(behavior.task), reader(behavior)
+    ask, read = inlined_once(vars(behavior)["task"]), reader(behavior)
 
     def task_by(block: int, r: Robots) -> Task:
         found: Task = ask(read(block, 0), r)

@@ -196,8 +196,8 @@ def _may_bind(i: int, level: int, avoid: Any, rules: Rules, plan: Plan, state: S
     fastest = fastest_obstacle(state)
     away, lead = _horizon(speed + fastest, rules), lead_of(fastest, most)
     for j in range(plan.obstacle_radius.shape[0]):
-        way = rows_at(state, q, i) - obstacle_places(i, j, plan, state)
-        square = dot(way, way)
+        from_there = rows_at(state, q, i) - obstacle_places(i, j, plan, state)
+        square = dot(from_there, from_there)
         look = avoid.safe_distance + to_surface * (own + plan.seen_radius[j])
         if lead > 0.0:
             look = look + lead * (look + breadth_of(plan.obstacle_extent[j]))

@@ -170,6 +170,13 @@ def _called(name: str) -> Callable[[Any, Any, Any, Any], Any]:
     return generate
 
 
+def multiply_add(builder: Any, x: Any, y: Any, z: Any) -> Any:
+    """X y + z, rounded once where the processor can."""
+    kind = ir.FunctionType(LANES, [LANES] * 3)
+    function = cgutils.get_or_insert_function(builder.module, kind, f"llvm.fmuladd.v{WIDTH}f64")
+    return builder.call(function, [x, y, z])
+
+
 @infer_global(abs)
 class _Size(ConcreteTemplate):
     cases = [signature(lanes, lanes)]

@@ -16,6 +16,7 @@ from escort_mj.native.compiler.lanes import (
     lanes,
     load_at,
     multiply,
+    multiply_add,
     pick_at,
     read_woven,
     scatter_at,
@@ -173,9 +174,10 @@ def _dot(context: Any, x: Any, y: Any) -> Any:
         return None
 
     def generate(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
-        found = ir.Constant(LANES, None)
-        for a, b in zip(*(_parts(builder, x, value) for value in arguments), strict=True):
-            found = add(builder, found, multiply(builder, a, b))
+        (a, b), *others = zip(*(_parts(builder, x, value) for value in arguments), strict=True)
+        found = builder.fmul(a, b)
+        for a, b in others:  # in one order, whatever the compiler sees around it
+            found = multiply_add(builder, a, b, found)
         return found
 
     return lanes(x, y), generate
