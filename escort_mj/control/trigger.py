@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, Any
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import NonNegativeFloat, PositiveFloat
 
 from escort_mj.behaviors.robots import robots_at
-from escort_mj.components.parameters import Parameters
-from escort_mj.components.setup import MissionSetup
+from escort_mj.components.component import Component, block_at, reader
 from escort_mj.control.nsb import task_of
 from escort_mj.knowledge.belief import target_place, target_speed
 from escort_mj.native.fields import Array, Fields, Value
@@ -22,8 +21,10 @@ from escort_mj.plan import Plan, State
 
 Mask = NDArray[np.bool_]
 
+ALWAYS = -1  # in place of a trigger's block
 
-class Trigger(Parameters):
+
+class Trigger(Component):
     """Condition for updates of a robot's reference velocity, which is held in between (zero-order hold).
 
     A robot updates its reference velocity when it has moved, relative to the target, by more than `distance
@@ -44,25 +45,14 @@ class Trigger(Parameters):
 
 
 class TriggerParameters(Fields):
-    """When robots compute their reference velocity again."""
+    """When robots compute their reference velocity again: the numbers are those of `Trigger`."""
 
-    trigger_distance: Annotated[
-        float, Value("m", "motion that is always enough; 0 where the outer loop runs at every step")
+    trigger_place: Annotated[
+        int, Value("1", "where its block in `parameters` begins; -1 where the outer loop runs at every step")
     ]
-    trigger_share: Annotated[float, Value("1", "motion that is enough, as a share of the way to go")]
-    trigger_dwell: Annotated[float, Value("s", "least time between two updates")]
-    trigger_longest: Annotated[float, Value("s", "most time between two updates")]
 
-    @classmethod
-    def packed(cls, setup: MissionSetup) -> dict[str, Any]:
-        """Return the values of the fields for a mission."""
-        trigger = setup.trigger
-        return {
-            "trigger_distance": trigger.distance if trigger else 0.0,
-            "trigger_share": trigger.share if trigger else 0.0,
-            "trigger_dwell": trigger.dwell if trigger else 0.0,
-            "trigger_longest": trigger.longest if trigger else 0.0,
-        }
+
+read_trigger = reader(Trigger)
 
 
 class TriggerState(Fields):
@@ -87,7 +77,7 @@ def refresh(plan: Plan, state: State) -> bool:
         Whether anybody runs it.
     """
     n = state.q.shape[0]
-    if plan.trigger_distance == 0.0:
+    if plan.trigger_place == ALWAYS:
         for i in range(n):
             state.fresh[i] = 1.0
         return True
@@ -144,9 +134,10 @@ def _fires(i: int, plan: Plan, state: State) -> bool:
         if gain == 0.0:
             gain = plan.level_gain[level]
     waited = state.time[0] - state.held_since[i] + 0.5 * plan.timestep
-    if waited < plan.trigger_dwell:
+    trigger = read_trigger(block_at(plan.trigger_place, plan), 0)
+    if waited < trigger.dwell:
         return False
-    if waited >= plan.trigger_longest:
+    if waited >= trigger.longest:
         return True
     moved = speed = 0.0
     place, drift = target_place(i, plan, state), target_speed(i, plan, state)
@@ -155,4 +146,4 @@ def _fires(i: int, plan: Plan, state: State) -> bool:
         carried = drift[k] if plan.target_feedforward else 0.0
         speed += (state.v_d[i, k] - carried) ** 2
     way = math.sqrt(speed) / gain if gain > 0.0 else 0.0
-    return math.sqrt(moved) > plan.trigger_distance + plan.trigger_share * way
+    return math.sqrt(moved) > trigger.distance + trigger.share * way

@@ -15,6 +15,7 @@ from escort_mj.control.custom.native import block_of
 from escort_mj.control.harmonics import sum_of, tabulate
 from escort_mj.control.outer_loops import OUTER_LOOPS
 from escort_mj.control.setup import Setup
+from escort_mj.control.trigger import ALWAYS, Trigger
 from escort_mj.disturbances import DISTURBANCES
 from escort_mj.estimators import ESTIMATORS
 from escort_mj.laws import LAWS
@@ -189,7 +190,10 @@ def _functions(setup: Setup) -> dict[str, Any]:
     }
 
 
-SHIPPED = (*LAWS, *OUTER_LOOPS, *ESTIMATORS, *BEHAVIORS, *POLICIES, *RADIOS, *SENSORS, *DISTURBANCES)
+SHIPPED = (
+    *(*LAWS, *OUTER_LOOPS, *ESTIMATORS, *BEHAVIORS, *POLICIES, *RADIOS, *SENSORS, *DISTURBANCES),
+    Trigger,
+)
 
 
 def _components(setup: Setup) -> dict[str, Any]:
@@ -201,6 +205,7 @@ def _components(setup: Setup) -> dict[str, Any]:
         "level_place": [*setup.all_behaviors],
         "mover_place": [mover.policy for mover in setup.movers if mover.policy is not None],
         "radio_place": [setup.radio] if setup.radio is not None else [],
+        "trigger_place": [setup.trigger] if setup.trigger is not None else [],
         "own_sensor_place": [*setup.sensing.own.values()],
         "team_law_place": [*setup.laws],
         "disturbance_place": [*setup.disturbances],
@@ -222,6 +227,7 @@ def _components(setup: Setup) -> dict[str, Any]:
         "outer_place": places["outer_place"][0],
         "estimator_place": places["estimator_place"][0],
         "radio_place": places["radio_place"][0] if setup.radio else 0,
+        "trigger_place": places["trigger_place"][0] if setup.trigger else ALWAYS,
         "own_sensor_place": places["own_sensor_place"],
         "level_place": places["level_place"],
         "mover_place": [0 if mover.policy is None else next(by_policy) for mover in setup.movers],

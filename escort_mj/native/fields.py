@@ -1,7 +1,7 @@
 """How a component declares what it keeps in flat memory: each field's shape, unit and meaning, once.
 
-    class TriggerParameters(Fields):
-        trigger_distance: Annotated[float, Value("m", "motion that is always enough")]
+    class SightParameters(Fields):
+        sight_dropout: Annotated[float, Value("1", "probability that nothing comes of a look")]
 
     class TriggerState(Fields):
         held_since: Annotated[Array, "n", Value("s", "time of the last update")]
