@@ -18,6 +18,7 @@ from benchmarks.paired import alternate, paired
 from escort_mj.api import load_scenario
 from escort_mj.environments.single import EscortEnv
 from escort_mj.environments.vector import EscortVectorEnv
+from escort_mj.scenario.mission import Mission
 from escort_mj.world.callback import native_loop
 from escort_mj.world.model.build import build
 from escort_mj.world.plant import Plant
@@ -29,7 +30,7 @@ BARE, NATIVE = "MuJoCo alone", "native loop alone"
 def measure() -> list[dict[str, Any]]:
     """Measure all loops on 16 missions of five robots; a step is one command to one mission."""
     scenario = load_scenario("main", {"expect": []})
-    worlds = [build(scenario.replace(seed=k), "velocity") for k in range(MISSIONS)]
+    worlds = [build(Mission(scenario.replace(seed=k), outside="velocity")) for k in range(MISSIONS)]
     plants, bare = [Plant(world) for world in worlds], [Bare(world) for world in worlds]
     stride = worlds[0].schedule.stride
     single = EscortEnv(scenario)

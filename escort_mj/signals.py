@@ -13,7 +13,7 @@ from collections.abc import Iterator, Mapping
 from functools import cache
 from itertools import accumulate
 from math import prod
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from escort_mj.behaviors.signals import RadiusSignals
 from escort_mj.components.memory import MemorySignals
@@ -53,6 +53,7 @@ MEMORIES, READINGS = "memories", "readings"
 DIMS: dict[Extent, tuple[str, ...]] = {
     (1,): (),
     ("n",): ("robot",),
+    ("m",): ("obstacle",),
     ("known",): ("robot",),
     ("judged",): ("robot",),
     ("driven",): ("robot",),
@@ -75,13 +76,12 @@ DIMS: dict[Extent, tuple[str, ...]] = {
     ("readings",): ("reading",),
     ("p",): ("axis",),
     ("p", "p"): ("axis", "axis_2"),
-    ("m",): ("obstacle",),
     ("behaviors",): ("behavior",),
     ("coordinates",): ("coordinate",),
     ("watched",): ("group",),
     (len(CAUSES),): ("cause",),
 }
-"""Dimensions of a trace by extents in memory."""
+"""Dimensions of a trace by extents in memory; of those with one name, the first has its size."""
 CHANNELS: dict[Extent, str] = {
     ("known",): TRUTH,
     ("judged",): LYAPUNOV,
@@ -183,80 +183,25 @@ def record_size(sizes: Mapping[str, int]) -> int:
     """Number of values of one whole sample.
 
     Args:
-        sizes: Size of each dimension: `robot`, `axis`, `obstacle`, `behavior`, `coordinate`; 1 for each
-            channel that is recorded, with the sizes of its dimensions, see `truth_sizes`.
+        sizes: Size of each dimension, and 1 for each channel that is recorded, see `record_sizes`.
     """
     return sum(signal.size(sizes) for signal in SIGNALS)
 
 
-def truth_sizes(axes: int, truth: bool, lyapunov: bool) -> dict[str, int]:
-    """Sizes that the truth channel adds to those of a record.
+def record_sizes(memory: Mapping[str, int]) -> dict[str, int]:
+    """Sizes of a record's dimensions, and 1 for each channel that it has.
 
     Args:
-        axes: p.
-        truth: Whether the truth is recorded.
-        lyapunov: Whether the law has the Lyapunov function V1.
+        memory: Sizes of the dimensions of its signals in memory; 0 for those that are left out.
     """
-    return {TRUTH: int(truth), LYAPUNOV: int(truth and lyapunov), "axis_2": axes, "cause": len(CAUSES)}
-
-
-def channel_sizes(
-    driven: bool,
-    headed: bool,
-    informed: bool = False,
-    axes: int = 0,
-    slots: int = 0,
-    rays: int = 0,
-    opponents: int = 0,
-    teams: int = 0,
-    movers: int = 0,
-    several: bool = False,
-    resized: bool = False,
-    watches: int = 0,
-    memories: int = 0,
-    readings: int = 0,
-) -> dict[str, int]:
-    """Sizes that some missions add to those of a record.
-
-    Args:
-        driven: Whether there are robots with drives of their own.
-        headed: Whether there are robots with goals.
-        informed: Whether robots know only what they see and hear.
-        axes: p.
-        slots: How many teammates a robot hears at most; 0 without a radio.
-        rays: How many rays of a lidar are recorded.
-        opponents: How many there are.
-        teams: How many there are; 0 where all robots are one.
-        movers: How many bodies are driven by a force.
-        several: Whether some robot is more than its hull.
-        resized: Whether the distance that robots keep from the target changes.
-        watches: How many quantities are watched in every physics step because an expectation asks for them.
-        memories: How many numbers of their own laws and disturbances integrate for every robot and axis.
-        readings: How many numbers sensors of other kinds than the plain one record of every robot.
-    """
-    channels = {DRIVES: driven, GOALS: headed, KNOWLEDGE: informed, RADIO: slots > 0, LIDAR: rays > 0}
-    channels |= {OPPONENTS: opponents > 0, TEAMS: teams > 0, MOVERS: movers > 0, SEVERAL: several}
-    channels |= {RADII: resized, WATCHES: watches > 0, MEMORIES: memories > 0, READINGS: readings > 0}
-    sizes = {name: 1 for name, recorded in channels.items() if recorded}
-    if informed:
-        sizes["axis_2"] = axes
-    if slots:
-        sizes["slot"] = slots
-    if rays:
-        sizes["ray"] = rays
-    if opponents:
-        sizes["opponent"] = opponents
-    if teams:
-        sizes["team"] = teams
-    if movers:
-        sizes["mover"] = movers
-    if watches:
-        sizes["watch"] = watches
-    if memories:
-        sizes["memory"] = memories
-    if readings:
-        sizes["reading"] = readings
-    return sizes
+    known: dict[Any, int] = {**memory, len(CAUSES): len(CAUSES)}
+    channels = {channel: 1 for (factor,), channel in CHANNELS.items() if known.get(factor)}
+    sizes: dict[str, int] = {}
+    for extent, dims in DIMS.items():
+        for factor, dim in zip(extent, dims, strict=False):
+            sizes.setdefault(dim, known.get(factor, 0))
+    recorded = (signal for signal in SIGNALS if signal.recorded(channels))
+    return {dim: sizes[dim] for signal in recorded for dim in signal.dims} | channels
 
 
 def columns(name: str, sizes: Mapping[str, int]) -> slice:

@@ -20,6 +20,7 @@ from escort_mj.expect.verdicts import Verdict, judge_one
 from escort_mj.scenario import Scenario
 from escort_mj.scenario.checks.expectations import check_bounds, check_sides, check_windows
 from escort_mj.scenario.findings import key_path
+from escort_mj.scenario.mission import Mission
 from escort_mj.scenario.reader import explain
 
 Sides = tuple[str, str]
@@ -182,8 +183,9 @@ def _with(scenario: Scenario, expectation: dict[str, Any]) -> Scenario:
     except ValidationError as error:
         found = explain.findings_of(error, data, type(scenario))
     else:
+        mission = Mission(changed)
         found = [
-            finding for check in (check_bounds, check_windows, check_sides) for finding in check(changed)
+            finding for check in (check_bounds, check_windows, check_sides) for finding in check(mission)
         ]
         if not found:
             return changed

@@ -7,16 +7,26 @@ import numpy as np
 
 from escort_mj.record.recording import NONE, Recording, Variable, record
 from escort_mj.signals import EPISODE as COLUMNS
-from escort_mj.signals import SIGNALS, channel_sizes, truth_sizes
+from escort_mj.signals import SIGNALS, record_sizes
 
 
 def dimensions(robots: int, axes: int, obstacles: int, truth: bool = True, teams: int = 0) -> dict[str, int]:
-    sizes = {"robot": robots, "axis": axes, "obstacle": obstacles, "behavior": 2, "coordinate": robots * axes}
-    sizes["group"] = 4
-    sizes |= truth_sizes(axes, truth, lyapunov=truth)
-    other = int(truth and obstacles > 0)
-    more = 2 * truth, 4 * truth, other, teams, 2 * other, truth
-    return sizes | channel_sizes(truth, truth, truth, axes, *more)
+    sizes = {
+        "n": robots,
+        "p": axes,
+        "m": obstacles,
+        "behaviors": 2,
+        "coordinates": robots * axes,
+        "watched": 4,
+    }
+    if truth:
+        sizes |= dict.fromkeys(("known", "judged", "driven", "headed", "informed", "several"), robots)
+        sizes |= {"hearing": robots, "slots": 2, "returned": robots, "rays": 4}
+    if truth and obstacles:
+        sizes |= {"opponents": 1, "guarding": robots, "movers": 2}
+    if teams:
+        sizes |= {"teams": teams, "members": robots, "escorted": obstacles}
+    return record_sizes(sizes)
 
 
 def pack(time: Any, sizes: Mapping[str, int], **given: Any) -> np.ndarray:

@@ -200,7 +200,7 @@ class MissionSetup:
     radius: float
     target_feedforward: bool
     max_speed: float
-    arrangement: Arrangement | None
+    arrangement: Arrangement | None = None
     obstacle_position: Array
     obstacle_radius: Array
     robot_radius: Array

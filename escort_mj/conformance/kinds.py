@@ -12,6 +12,7 @@ from escort_mj.components.mission import axis_names
 from escort_mj.conformance.missions import AXES, mission_with
 from escort_mj.conformance.stand import ROUNDING, CheckResult
 from escort_mj.robots import RobotKind
+from escort_mj.scenario.mission import Mission
 from escort_mj.scenario.schema.scenario import Scenario
 from escort_mj.world.callback import native_loop
 from escort_mj.world.model.build import World, build
@@ -30,7 +31,7 @@ def check_kind(member: type[RobotKind], kind: type[Scenario]) -> Iterator[CheckR
         kind: The type of scenarios that knows it.
     """
     axes = [each for each in AXES if each <= member.most_axes]
-    worlds = [build(mission_with(member, kind, each), "force") for each in axes]
+    worlds = [build(Mission(mission_with(member, kind, each), outside="force")) for each in axes]
     yield CheckResult("builds", True, f"in {' and '.join(map(str, axes))} axes")
     yield _stands(worlds)
     yield _obeys(worlds)

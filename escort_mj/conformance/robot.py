@@ -17,6 +17,7 @@ from escort_mj.robots.mjcf import Mjcf
 from escort_mj.robots.modeled import RobotModel, known, known_now
 from escort_mj.scenario.findings import listed
 from escort_mj.scenario.geometry.team_gains import proposal
+from escort_mj.scenario.mission import Mission
 from escort_mj.scenario.reader.load import scenario_of
 from escort_mj.scenario.schema.scenario import Scenario
 from escort_mj.world.callback import native_loop
@@ -136,7 +137,7 @@ def answers(kind: Mjcf, model: RobotModel) -> Iterator[Answer]:
     for axis, name in enumerate(axis_names(axes)):
         reach = limits[axis] / model.drive.effective_mass[axis] if pushes else limits[axis]
         step = min(MOST_STEP, SHARE * reach)
-        plant = Plant(build(_mission(kind, model, axes, duration), "velocity"))
+        plant = Plant(build(Mission(_mission(kind, model, axes, duration), outside="velocity")))
         timestep, found = plant.world.setup.timestep, []
         steps = max(round(duration / timestep / SAMPLES), 1)
         with native_loop(plant.world):

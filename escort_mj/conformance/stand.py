@@ -17,11 +17,12 @@ from escort_mj.knowledge.sight import MEASURES
 from escort_mj.laws.law import Law
 from escort_mj.memory.layout import LAYOUT, State, state_size, unpack_plan, unpack_state
 from escort_mj.memory.packing import pack
+from escort_mj.memory.sampling import Sampling
 from escort_mj.native.kernels import DOUBLE
 from escort_mj.policies import Policy
 from escort_mj.radios import Radio
+from escort_mj.scenario.mission import Mission
 from escort_mj.scenario.schema.scenario import Scenario
-from escort_mj.scenario.setup import controller_setup
 from escort_mj.sensors import Sensor
 
 Array = NDArray[np.float64]
@@ -100,8 +101,8 @@ class Stand:
             table["sensing"] = measured_by(own.model_dump(), type(own))
         else:
             table["mission"] = {"behaviors": (own.model_dump(),)}
-        setup = controller_setup(kind.model_validate(table))
-        self.plan = pack(setup, 1, robots * axes)
+        setup = Mission(kind.model_validate(table)).setup
+        self.plan = pack(setup, Sampling(coordinates=robots * axes))
         self.memory = np.zeros(state_size(self.plan))
         self.state: State = unpack_state(self._plan, self._memory, axes)
         self.state.obstacle_position[:] = setup.obstacle_position

@@ -26,6 +26,7 @@ from escort_mj.mission import bound_of, examine
 from escort_mj.record.outcome import Outcome
 from escort_mj.scenario import Scenario
 from escort_mj.scenario.arguments import Source
+from escort_mj.scenario.mission import Mission
 from escort_mj.study.engine.parallel import cores
 from escort_mj.world.callback import native_loop
 from escort_mj.world.model.build import World, build
@@ -179,8 +180,8 @@ class Fleet:
 
     def _build(self, scenario: Scenario) -> World:
         if self._opposed:
-            return build(scenario, opponents_outside=True)
-        return build(scenario, self._command)
+            return build(Mission(scenario, opponents_outside=True))
+        return build(Mission(scenario, outside=self._command))
 
     def _fly(self, missions: Iterator[int], several: dict[int, Array]) -> None:
         """Take the samples that are due in missions; where it is more than one, put them into `several`."""

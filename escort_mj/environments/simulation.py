@@ -20,6 +20,7 @@ from escort_mj.record.outcome import Outcome
 from escort_mj.scenario import Scenario
 from escort_mj.scenario.arguments import SEEDS, Source, checked, numbers, whole_number
 from escort_mj.scenario.geometry.steps import Schedule
+from escort_mj.scenario.mission import Mission
 from escort_mj.world.callback import native_loop
 from escort_mj.world.model.build import build
 from escort_mj.world.plant import Mark, Plant
@@ -102,7 +103,7 @@ class Simulation:
 
     def _begin(self) -> None:
         outside = None if self.side == "opponents" else self.command
-        self.world = build(self.scenario, outside, opponents_outside=self.side != "robots")
+        self.world = build(Mission(self.scenario, outside=outside, opponents_outside=self.side != "robots"))
         self.plant = Plant(self.world)
         self._senses = Senses(self.plant, 1, self.command, self.reward)
         self.rivals = None if self.side == "robots" else Rivals(self.plant, self._rival_reward)

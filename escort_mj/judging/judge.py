@@ -33,9 +33,10 @@ from escort_mj.scenario.findings import did_you_mean, listed, shortened
 from escort_mj.scenario.geometry.obstacles import obstacles_of
 from escort_mj.scenario.geometry.placement import robot_count
 from escort_mj.scenario.geometry.trajectory import Piecewise, Trajectory
+from escort_mj.scenario.mission import Mission, Seen
 from escort_mj.signals import KNOWLEDGE, LIDAR, RADIO, SIGNALS, columns
 from escort_mj.world.labels import labels_of
-from escort_mj.world.model.build import Seen, World, build
+from escort_mj.world.model.build import World, build
 from escort_mj.world.playback import play
 
 Array = NDArray[np.float64]
@@ -116,7 +117,7 @@ def judge_log(
     ends = np.flatnonzero(np.diff(hidden.astype(int)))  # the last step before a gap, the last step in it
     edges = tuple(int(step) + int(hidden[step]) for step in ends)
     seen = Seen(motion.position[0], motion.others.get("target"), edges)
-    world = build(short, seen=seen)
+    world = build(Mission(short, seen=seen))
     away = {name: _resting(AWAY * place, scenario.axes) for place, name in enumerate(missing, 1)}
     samples, episodes = play(world, motion.position, motion.velocity, motion.others | away, hidden, progress)
     unknown = _fill(samples, world, log, wanted, begun, [*_unknown_of(missing, scenario)])

@@ -20,8 +20,10 @@ from escort_mj.disturbances import DISTURBANCES
 from escort_mj.estimators import ESTIMATORS
 from escort_mj.laws import LAWS
 from escort_mj.memory.layout import LAYOUT, Plan
+from escort_mj.memory.sampling import Sampling, signal_dimensions
+from escort_mj.monitor.clearances import FAR_AWAY
 from escort_mj.monitor.contacts import CELLS_PER_PAIR, PAIRS_PER_BODY
-from escort_mj.monitor.sampling import steps_kept
+from escort_mj.monitor.sampling import samples_kept, steps_kept
 from escort_mj.native.fields import Fields
 from escort_mj.native.lanes import room_for
 from escort_mj.numerics.neighbors import LISTED
@@ -29,45 +31,24 @@ from escort_mj.numerics.program import Op
 from escort_mj.numerics.reform import scratch_size
 from escort_mj.policies import POLICIES
 from escort_mj.radios import RADIOS
-from escort_mj.sensing.sensors import readings_of, rows_of_past
+from escort_mj.sensing.sensors import rows_of_past
 from escort_mj.sensors import SENSORS
-from escort_mj.signals import SIGNALS
+from escort_mj.signals import SIGNALS, record_size, record_sizes
 
 Array = NDArray[np.float64]
 
 
-def pack(
-    setup: Setup,
-    stride: int,
-    coordinates: int,
-    truth: bool = False,
-    watched: int = 0,
-    columns: Sequence[tuple[int, int]] = (),
-    samples: tuple[int, int] = (0, 0),
-    extra: Sequence[int] = (),
-    watched_radius: Array | None = None,
-    exact_within: float = 0.0,
-    watches: int = 0,
-    signals: Sequence[str] = (),
-) -> Array:
+def pack(setup: Setup, sampling: Sampling, signals: Sequence[str] = ()) -> Array:
     """Pack a setup into the flat vector that `unpack_plan` reads.
 
     Args:
         setup: What the controller is given.
-        stride: Every so many physics steps a sample is taken.
-        coordinates: Number of MuJoCo's generalized positions, for the record.
-        truth: Whether to record the truth channel.
-        watched: Groups of bodies whose clearances are recorded.
-        columns: Which of these each body belongs to, and which is the body's own; -1 for none, shape
-            (bodies, 2); empty where nothing is watched.
-        samples: How many samples the callbacks keep until they are taken off, and the size of each.
-        extra: Physics steps of further samples, ascending.
-        watched_radius: Where some robots are more than their hulls: radii of the others, shape (n,) [m].
-        exact_within: Clearance below which those of such robots are exact [m].
-        watches: How many quantities of every physics step are recorded.
-        signals: Names of the signals that they are found from.
+        sampling: When samples are taken, and of what.
+        signals: Names of the signals that what is watched in every physics step is found from.
     """
-    n, p, lyapunov = setup.count, setup.axes, truth and setup.has_lyapunov
+    n, p, columns = setup.count, setup.axes, sampling.columns
+    of_signals = signal_dimensions(setup, sampling)
+    record = record_size(record_sizes(of_signals))
     values = _components(setup) | _functions(setup)
     for owner in Plan.__bases__:
         if issubclass(owner, Fields):
@@ -75,41 +56,29 @@ def pack(
     values |= {
         "watched_group": [group for group, _ in columns],
         "watched_alone": [alone for _, alone in columns],
-        "watched_radius": setup.robot_radius if watched_radius is None else watched_radius,
-        "exact_within": exact_within,
+        "watched_radius": np.where(sampling.several or False, -FAR_AWAY, setup.robot_radius),
+        "exact_within": sampling.exact_within,
         "distances_asked": not {"obstacle_distance", "robot_distance_min"}.isdisjoint(signals),
-        "stride": stride,
-        "extra": np.asarray(extra, dtype=float),
-        "truth": truth,
-        "lyapunov": lyapunov,
+        "stride": sampling.stride,
+        "extra": np.asarray(sampling.extra, dtype=float),
+        "truth": sampling.truth,
+        "lyapunov": sampling.truth and setup.has_lyapunov,
     }
-    sizes, own = LAYOUT.sizes(values), setup.sensing.own.values()
+    sizes, own = of_signals | LAYOUT.sizes(values), setup.sensing.own.values()
     crowd = n * (n >= LISTED)
     sizes |= {
-        "coordinates": coordinates,
-        "behaviors": len(setup.kinds),
-        "memories": len(setup.memory),
         "remembering": n * bool(setup.memory),
         "pushed": n * bool(setup.disturbances),
         "blown": n * any(each.draws for each in setup.disturbances),
         "mixed": n * bool(setup.laws),
         "turns": len(values["turns"]) // p,
-        "known": n * truth,  # robots whose truth is recorded
-        "judged": n * lyapunov,
         "modeled": n
         * any(law.needs_model for law in setup.all_laws),  # robots whose law is given their model
-        "driven": n * setup.driven,
-        "headed": n * setup.headed,
-        "informed": n * setup.informed,
         "scanned": n * (setup.sensing.lidar is not None),
-        "returned": n * (setup.sensing.lidar is not None and setup.sensing.lidar.recorded),
         "facing": n * setup.faces,
-        "readings": len(readings_of(setup.sensing.own, p)),
         "measuring": room_for(n) * bool(own),
         "sensor_memories": max((len(each.memories()) for each in own), default=0),
         "believed": setup.estimator.orders * p,
-        "guarding": n * bool(setup.opponents),
-        "escorted": len(setup.obstacle_radius) * bool(setup.teams),
         "turned": n if setup.apart else 1,
         "apart": n * setup.apart,
         "bidding": n * setup.auctioned,
@@ -117,17 +86,13 @@ def pack(
         "link_memories": len(setup.radio.memories()) if setup.radio else 0,
         "seen": (n + 1) * setup.shaped,
         "differentiating": n * any(law.differentiates for law in setup.all_laws),
-        "watched": watched,
-        "several": n * (watched_radius is not None),
         "pairs": PAIRS_PER_BODY * len(columns),
         "cells": CELLS_PER_PAIR * PAIRS_PER_BODY * len(columns),
         "crowd": crowd,
         "misled": crowd * (not setup.sensing.position.is_perfect),
         "past": rows_of_past(setup.sensing, n),
-        "kept": samples[0],
-        "record": samples[1],
-        "resized": n * bool(setup.radii),
-        "watches": watches,
+        "kept": samples_kept(record) * sampling.kept,
+        "record": record,
         "kept_steps": 0,
         "step_record": 0,
         "scratch": scratch_size(n, p) if setup.reforming else 0,

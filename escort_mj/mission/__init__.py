@@ -23,13 +23,14 @@ from escort_mj.record.outcome import Outcome
 from escort_mj.record.recording import NONE, Recording, Variable, record
 from escort_mj.record.stored import ASSETS
 from escort_mj.scenario import dump_scenario
+from escort_mj.scenario.mission import Mission, Seen
 from escort_mj.scenario.reader.catalog import catalog_of
 from escort_mj.scenario.reader.dump import short_dump
 from escort_mj.scenario.schema.scenario import Scenario
 from escort_mj.signals import RADII, TIME, columns
 from escort_mj.world.callback import callbacks, native_loop
 from escort_mj.world.labels import labels_of
-from escort_mj.world.model.build import Seen, World, build
+from escort_mj.world.model.build import World, build
 from escort_mj.world.model.robot.placing import models_of
 from escort_mj.world.plant import Mark, Plant
 
@@ -190,7 +191,7 @@ def save(folder: RunFolder, run: Flight) -> None:
     """
     if run.recording is None:
         raise UsageError(NOT_KEPT)
-    begin_folder(folder, run.scenario, build(run.scenario, seen=run.seen))
+    begin_folder(folder, run.scenario, build(Mission(run.scenario, seen=run.seen)))
     folder.finish(run.outcome, run.message, run.recording, run.metrics, run.verdicts)
 
 

@@ -7,11 +7,9 @@ import math
 from escort_mj.behaviors import AvoidObstacles, Surface
 from escort_mj.scenario.checks.mission import behaviors_of
 from escort_mj.scenario.checks.passage import narrowest_door
-from escort_mj.scenario.checks.whole import trace_size
-from escort_mj.scenario.geometry.obstacles import obstacles_of
+from escort_mj.scenario.mission import Mission
 from escort_mj.scenario.schema.scenario import Scenario
 from escort_mj.scenario.schema.sensing import ray_count
-from escort_mj.scenario.setup import controller_setup
 from escort_mj.sensing.lidar import widest_gap
 
 LARGE_TRACE = 100e6  # bytes from which on its size is told beforehand
@@ -19,19 +17,21 @@ LARGE_TRACE = 100e6  # bytes from which on its size is told beforehand
 
 def notes(scenario: Scenario) -> list[str]:
     """Return all that there is to say."""
-    return [note for note in (trace_note(scenario), passage_note(scenario), lidar_note(scenario)) if note]
+    mission = Mission(scenario)
+    return [note for note in (trace_note(mission), passage_note(mission), lidar_note(mission)) if note]
 
 
-def trace_note(scenario: Scenario) -> str:
+def trace_note(mission: Mission) -> str:
     """What to say of a large trace before it is written; empty of others."""
-    size = trace_size(scenario)
+    size = mission.trace_size
     if size < LARGE_TRACE:
         return ""
     return f"the trace will take up to {size / 1e6:.0f} MB; a lower recording.rate makes it smaller"
 
 
-def passage_note(scenario: Scenario) -> str:
+def passage_note(mission: Mission) -> str:
     """What to say of a circle that is wider than a door; empty of others."""
+    scenario = mission.scenario
     behaviors = [behavior for _, behavior in behaviors_of(scenario)]
     surface = next((each for each in behaviors if isinstance(each, Surface)), None)
     if surface is None or isinstance(surface.radius, str) or not scenario.walls:
@@ -39,8 +39,8 @@ def passage_note(scenario: Scenario) -> str:
     margin = AvoidObstacles.margin(behaviors, scenario.robots.largest_radius)
     radius = surface.radius or scenario.mission.radius
     if surface.fit:
-        radius = surface.least_radius(controller_setup(scenario))
-    door = narrowest_door(scenario, radius + margin)
+        radius = surface.least_radius(mission.setup)
+    door = narrowest_door(mission, radius + margin)
     if door is None or door.width >= 2.0 * (radius + margin):
         return ""
     what = "the smallest circle" if surface.fit else "the circle"
@@ -55,14 +55,15 @@ def passage_note(scenario: Scenario) -> str:
     return words + smaller
 
 
-def lidar_note(scenario: Scenario) -> str:
+def lidar_note(mission: Mission) -> str:
     """What to say of an obstacle that rays of a lidar can miss at the safe distance; empty of others."""
+    scenario = mission.scenario
     lidar, axes = scenario.sensing.lidar, scenario.axes
     if lidar is None:
         return ""
     margin = AvoidObstacles.margin([one for _, one in behaviors_of(scenario)], scenario.robots.largest_radius)
     gap = 2.0 * margin * math.sin(0.5 * widest_gap(ray_count(lidar, axes), axes))
-    for body in obstacles_of(scenario):
+    for body in mission.obstacles:
         low, high = body.corners(axes)
         if (width := float((high - low).max())) < gap:
             return (

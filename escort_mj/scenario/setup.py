@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -21,14 +22,13 @@ from escort_mj.numerics.thomson import Figure, even_figure, even_points, nearest
 from escort_mj.policies import Policy
 from escort_mj.scenario.geometry.bodies import bodies_of
 from escort_mj.scenario.geometry.goals import goals_of
-from escort_mj.scenario.geometry.obstacles import Body, obstacles_of
-from escort_mj.scenario.geometry.placement import Placement, team
+from escort_mj.scenario.geometry.obstacles import Body
+from escort_mj.scenario.geometry.placement import Placement
 from escort_mj.scenario.geometry.shapes import extent, hull, rotation_matrix
 from escort_mj.scenario.geometry.teams import team_center
 from escort_mj.scenario.geometry.trajectory import (
     Trajectory,
     disturbance_trajectory,
-    target_trajectory,
     trajectory,
 )
 from escort_mj.scenario.schema.expressions import Expression
@@ -39,18 +39,16 @@ from escort_mj.scenario.schema.sensing import sensors
 
 
 def controller_setup(
-    scenario: Scenario, robots: Placement | None = None, target: FunctionOfTime | None = None
+    scenario: Scenario, robots: Placement, obstacles: Sequence[Body], target: FunctionOfTime
 ) -> Setup:
-    """What the controller is told about a mission.
+    """What the controller is told about a mission, but for the formation.
 
     Args:
         scenario: A checked scenario.
-        robots: Its team; drawn from the scenario where None.
-        target: Where its target is; the scenario's where None.
+        robots: Its team.
+        obstacles: What stands in the way.
+        target: Where its target is.
     """
-    robots = team(scenario) if robots is None else robots
-    target = target_trajectory(scenario) if target is None else target
-    obstacles = obstacles_of(scenario)
     return Setup(
         timestep=scenario.physics.timestep,
         seed=scenario.seed,
@@ -61,7 +59,6 @@ def controller_setup(
         radius=scenario.mission.radius,
         target_feedforward=scenario.mission.target_feedforward,
         max_speed=scenario.mission.max_speed or math.inf,
-        arrangement=_arrangement(scenario, robots, target.position(0.0)),
         goals=goals_of(scenario, robots, all_behaviors(scenario)),
         formations=_formations(scenario),
         radii=tuple(
@@ -69,7 +66,6 @@ def controller_setup(
             for each in all_behaviors(scenario)
             if isinstance(each, Surface) and each.changes
         ),
-        figure=_figure(scenario, robots, target.position(0.0)),
         obstacle_position=np.array([body.position for body in obstacles]).reshape(-1, scenario.axes),
         obstacle_radius=np.array(
             [body.bounding_radius if body.is_sphere else 0.0 for body in obstacles], dtype=float
@@ -86,7 +82,6 @@ def controller_setup(
         disturbance=disturbance_trajectory(scenario),
         disturbances=tuple(each for each in scenario.uncertainty.disturbances if not each.of_time),
         failures=scenario.robots.failures,
-        reforming=_reforming(scenario, robots),
         phases=_phases(scenario),
         trigger=scenario.mission.trigger,
         movers=_movers(scenario, obstacles),
@@ -97,6 +92,17 @@ def controller_setup(
         extents=_extents(scenario.axes, obstacles),
         shapes=_shapes(scenario, obstacles),
         expected_distances=tuple(x for one in scenario.expect for x in one.exact_distances()),
+    )
+
+
+def with_formation(setup: Setup, scenario: Scenario, robots: Placement) -> Setup:
+    """Return a setup with the formation that its behaviors keep, where they keep one."""
+    center = setup.target.position(0.0)
+    return replace(
+        setup,
+        arrangement=_arrangement(scenario, robots, center),
+        figure=_figure(scenario, robots, center),
+        reforming=_reforming(scenario, robots),
     )
 
 

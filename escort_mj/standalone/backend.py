@@ -18,6 +18,7 @@ from escort_mj.memory import layout
 from escort_mj.memory.evaluation import evaluation_of, interpreted_evaluation
 from escort_mj.memory.layout import state_size, unpack_plan, unpack_state
 from escort_mj.memory.packing import pack
+from escort_mj.memory.sampling import Sampling
 from escort_mj.native.fields import declared
 from escort_mj.plan import Plan, State
 from escort_mj.scenario.findings import did_you_mean, shown
@@ -56,7 +57,7 @@ class Backend:
     def __init__(self, setup: Setup, interpret: bool = False) -> None:
         self._evaluate = interpreted_evaluation(setup.axes) if interpret else evaluation_of(setup.axes)
         self._setup = setup
-        self._packed = pack(setup, stride=1, coordinates=0)
+        self._packed = pack(setup, Sampling())
         self._memory = np.zeros(state_size(self._packed))
         self._places = self._packed.ctypes.data, self._memory.ctypes.data
         native.forget(self._places[1])

@@ -23,12 +23,10 @@ from escort_mj.scenario.arguments import (
     whole_number,
 )
 from escort_mj.scenario.findings import shown
-from escort_mj.scenario.geometry.obstacles import obstacles_of
-from escort_mj.scenario.geometry.placement import Placement, team
+from escort_mj.scenario.mission import Mission
 from escort_mj.scenario.reader.overrides import Overrides
 from escort_mj.scenario.reader.shipped import load_scenario
 from escort_mj.scenario.schema.scenario import Scenario
-from escort_mj.scenario.setup import controller_setup
 from escort_mj.sensing.sensors import Sensors
 from escort_mj.standalone.backend import CONTROL_SIGNALS, Backend, Signals
 from escort_mj.standalone.guard import Guard, Judgement
@@ -123,14 +121,14 @@ class Controller:
             "limits": limits,
         }
         self.limits = limits
-        self._robots: Placement = team(scenario)
-        self._bodies = obstacles_of(scenario)
+        self._mission = Mission(scenario)
+        robots = self._mission.team
         self.timestep = scenario.physics.timestep
-        self.count, self.axes = self._robots.position.shape
-        self.obstacles = tuple(body.name for body in self._bodies)
-        self.start: Array = self._robots.position.copy()
-        self.mass: Array = self._robots.mass.copy()
-        self.force_limit: Array = self._robots.force_limit.copy()
+        self.count, self.axes = robots.position.shape
+        self.obstacles = tuple(body.name for body in self._mission.obstacles)
+        self.start: Array = robots.position.copy()
+        self.mass: Array = robots.mass.copy()
+        self.force_limit: Array = robots.force_limit.copy()
         self.ages: Array = np.full(self.count, math.inf)
         self._no_age: Array = np.zeros(self.count)
         self._no_age.setflags(write=False)
@@ -164,7 +162,7 @@ class Controller:
                 measured yet.
             target: Position of the target at this time, shape (p,) [m]; None for the scenario's start.
         """
-        robots = self._robots
+        start = self.start
         if positions is not None:
             place = numbers(
                 positions,
@@ -173,18 +171,17 @@ class Controller:
                 "one row per robot [m]",
                 unknown=self.may_miss,
             )
-            robots = robots._replace(position=np.where(np.isnan(place), self.start, place))
+            start = np.where(np.isnan(place), self.start, place)
         if target is not None and self.scenario.target is None:
             raise UsageError("target: this mission has none (target: null)")
         if target is not None:  # all that counts is where robots are relative to it
-            begin = controller_setup(self.scenario, self._robots).target.position(0.0)
             place = numbers(target, "target", (self.axes,), "coordinates [m]")
-            robots = robots._replace(position=robots.position - place + begin)
+            start = start - place + self._mission.target.position(0.0)
         if self._guard is not None:
             self._guard.forget(
                 self.start if positions is None else np.where(np.isnan(positions), self.start, positions)
             )
-        setup = controller_setup(self.scenario, robots)
+        setup = replace(self._mission, start=start).setup
         paths = [(mover.obstacle, mover.path) for mover in setup.movers if mover.obstacle >= 0]
         setup = replace(setup, movers=())
         if self._options["simulate"] and setup.sight is not None and setup.sight.field < math.inf:
@@ -199,13 +196,13 @@ class Controller:
             setup = replace(setup, sight=None, radio=None)
         if self.limits is not None and self.limits.drops:
             setup = replace(setup, failures=who_may_be_lost(setup))
-        self._surroundings = Surroundings(setup, self._bodies, paths, self._robots.mass)
+        self._surroundings = Surroundings(setup, self._mission.obstacles, paths, self.mass)
         self._backend = Backend(setup, interpret=self._options["backend"] == "interpreted")
         self._before: Knowledge | None = None
         self._first = self._evaluated = 0.0  # times of the first call, and up to which the state has come
         self._steps = 0
         self._lost: Mask = np.zeros(self.count, dtype=bool)
-        self._mark = mission_mark(self.scenario, self._options, robots.position.tolist())
+        self._mark = mission_mark(self.scenario, self._options, start.tolist())
 
     def __call__(
         self,

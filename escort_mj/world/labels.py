@@ -17,8 +17,8 @@ from escort_mj.native.shipped import numba_version
 from escort_mj.record.revision import git_revision
 from escort_mj.scenario.geometry.bodies import obstacle_names
 from escort_mj.scenario.geometry.crowd import contact_physics
-from escort_mj.scenario.geometry.obstacles import obstacles_of
 from escort_mj.scenario.geometry.shapes import outline
+from escort_mj.scenario.mission import Mission
 from escort_mj.scenario.reader.catalog import catalog_of
 from escort_mj.scenario.schema.scenario import Scenario
 from escort_mj.sensing.sensors import readings_of
@@ -30,12 +30,12 @@ FORCES = "MuJoCo's, and 0 where geometry alone finds a touch: of a led target wi
 NO_FORCES = "none: beyond three axes bodies go through one another, and forces of episodes are 0"
 
 
-def _outlines(scenario: Scenario) -> list[list[list[float]]]:
+def _outlines(mission: Mission) -> list[list[list[float]]]:
     """Points around each obstacle, relative to its center, for pictures; none where all are spheres."""
-    bodies = obstacles_of(scenario)
+    bodies = mission.obstacles
     if all(body.is_sphere for body in bodies):
         return []
-    return [outline(body.solid, scenario.axes).tolist() for body in bodies]
+    return [outline(body.solid, mission.scenario.axes).tolist() for body in bodies]
 
 
 def labels_of(scenario: Scenario, world: World) -> dict[str, Any]:
@@ -57,7 +57,7 @@ def labels_of(scenario: Scenario, world: World) -> dict[str, Any]:
         "robot_mass": world.team.mass.tolist(),
         "robot_radius": setup.robot_radius.tolist(),
         "obstacle_radius": setup.obstacle_radius.tolist(),
-        "obstacle_outline": _outlines(scenario),
+        "obstacle_outline": _outlines(world.mission),
         "lidar_ray": lidar.rays.tolist() if lidar is not None and lidar.recorded else [],
         "force_limit": setup.force_limit.tolist(),
         "neighbors": (neighbors + 1).tolist(),
@@ -65,7 +65,7 @@ def labels_of(scenario: Scenario, world: World) -> dict[str, Any]:
         **_teams(setup),
         "edge_radius": [setup.teams[team].radius if setup.teams else setup.radius for team in edge_team],
         "edge_team": [int(team) + 1 for team in edge_team] if setup.teams else [],
-        "watches": [watch.label for watch in world.watches],
+        "watches": [watch.label for watch in world.mission.watches],
         "memories": [*memories],
         "memory_units": [memory.unit for memory in memories.values()],
         "memory_truths": [memory.truth for memory in memories.values()],
@@ -92,7 +92,7 @@ def labels_of(scenario: Scenario, world: World) -> dict[str, Any]:
             **_limits(scenario, avoid.distance_of_teammates(setup) if avoid else 0.0),
             "target_distance": (setup.outer.target_margin(setup) if avoid else 0.0) or None,
             "height": world.team.height if scenario.axes == 2 else 0.0,
-            "exact_within": world.exact_within if SEVERAL in world.sizes else None,
+            "exact_within": world.mission.exact_within if SEVERAL in world.sizes else None,
             "target_radius": scenario.target.radius if scenario.target is not None else 0.0,
             "target_speed": next((m.policy.speed for m in setup.movers if m.obstacle < 0 and m.policy), None),
             "least_energy": (setup.least_energies if scenario.target is not None or setup.teams else None)

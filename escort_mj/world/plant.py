@@ -80,8 +80,8 @@ class Plant:
         self._changed: native.PluginFailure | None = None  # by what a plugin changed in the process
         self._start()
         self._kept: Kept = LAYOUT.read(Kept, world.model.numeric_data.ctypes.data, self._memory)
-        self.properties = MassProperties(world.model) if world.sizes["truth"] else None
-        self._watcher = Watcher(world) if world.watches else None
+        self.properties = MassProperties(world.model) if world.sizes.get("truth") else None
+        self._watcher = Watcher(world) if world.mission.watches else None
         self._room = len(self._kept.steps) or sys.maxsize  # physics steps between two looks at what is asked
         self._at_once = MOST_SAMPLES
         self._pace = 16  # physics steps between two looks
@@ -147,7 +147,7 @@ class Plant:
         if self._watcher is None or not count:
             return
         kept.steps_count[0] = 0.0
-        steps, watches = kept.steps[:count], self.world.watches
+        steps, watches = kept.steps[:count], self.world.mission.watches
         ended = steps[:, 0] != 0.0
         found = self._watcher.fold(steps, np.append(0, np.flatnonzero(ended[:-1]) + 1))
         fields = Folded(kept.watch_value, kept.watch_count, kept.watch_time, kept.watch_who)

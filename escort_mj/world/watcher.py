@@ -28,7 +28,7 @@ class Watcher:
     def __init__(self, world: World) -> None:
         bare = record(np.zeros((0, world.record_size)), world.sizes, labels_of(world.scenario, world))
         still = {name: one for name, one in bare.data_vars.items() if "time" not in one.dims}
-        self._bare, self._watches = replace(bare, data_vars=still), world.watches
+        self._bare, self._watches = replace(bare, data_vars=still), world.mission.watches
         self._places: dict[str, tuple[slice, tuple[str, ...], tuple[int, ...]]] = {}
         end = 1
         for name in world.asked:

@@ -8,8 +8,8 @@ from escort_mj.components.rays import KINDS, stretch
 from escort_mj.control.setup import Setup
 from escort_mj.scenario.geometry.obstacles import obstacles_of
 from escort_mj.scenario.geometry.shapes import in_space, nearest_on_shape
+from escort_mj.scenario.mission import Mission
 from escort_mj.scenario.schema.scenario import Scenario
-from escort_mj.scenario.setup import controller_setup
 from tests.oracle.rays import stretches_inside
 from tests.world.loop.test_depth import SHAPES
 
@@ -26,7 +26,7 @@ def mission(axes: int) -> tuple[Scenario, Setup]:
         "obstacles": [body | {"position": [0.3] * axes} for body in BODIES],
     }
     scenario = Scenario.model_validate(keys)
-    return scenario, controller_setup(scenario)
+    return scenario, Mission(scenario).setup
 
 
 def lines(axes: int) -> tuple[np.ndarray, np.ndarray]:

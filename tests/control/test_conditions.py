@@ -15,7 +15,7 @@ from escort_mj.control.outer_loops.passing import Rules
 from escort_mj.memory.layout import unpack_plan, unpack_state
 from escort_mj.native.compiler.declarations import jitted
 from escort_mj.scenario import Scenario
-from escort_mj.scenario.setup import controller_setup
+from escort_mj.scenario.mission import Mission
 from tests.control.twins import Kernel
 from tests.independent.conditions import Condition, World, approach, conditions
 
@@ -118,7 +118,7 @@ class Drawn:
             mission={"max_speed": self.most, "radius": self.size, "outer": outer, "behaviors": behaviors},
             **keys,
         )  # fmt: skip
-        self.setup = controller_setup(scenario)
+        self.setup = Mission(scenario).setup
         self.radius = rng.uniform(0.05, 0.3, n)
         self.setup = replace(self.setup, robot_radius=self.radius)
         self.kernel, self.past = Kernel(self.setup), []

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from escort_mj import Scenario
 from escort_mj.components.movers import INTERCEPTED, REACHED
 from escort_mj.control.setup import Setup
-from escort_mj.scenario.setup import controller_setup
+from escort_mj.scenario.mission import Mission
 from tests.control.twins import TOLERANCE, Kernel
 from tests.oracle.opponents import Watch
 from tests.oracle.reference import ReferenceController
@@ -23,7 +23,7 @@ AVOID = {"behavior": "avoid_obstacles", "safe_distance": 0.3}
 def mission(axes: int, behavior: dict[str, object], outer: str, **more: object) -> Setup:
     """Opponents that come one after the other, more of them than robots."""
     target = {"position": ["0.2*t", *["0"] * (axes - 1)]}
-    return controller_setup(
+    return Mission(
         Scenario(
             axes=axes, physics={"timestep": STEP}, recording={"rate": 10}, seed=axes,
             robots={"count": 5, "radius": 0.2}, **{"target": target} | more,
@@ -34,7 +34,7 @@ def mission(axes: int, behavior: dict[str, object], outer: str, **more: object) 
             ],
             mission={"max_speed": 1.5, "outer": outer, "behaviors": [AVOID, behavior, "surface"]},
         )
-    )  # fmt: skip
+    ).setup  # fmt: skip
 
 
 @pytest.mark.crossed
@@ -79,11 +79,11 @@ def test_with_teams_the_one_whose_target_is_nearest_guards_and_any_target_can_be
         {"name": "one", "robots": [1], "radius": 1.5, "targets": [{"name": "a", "position": [0, 0]}]},
         {"name": "two", "robots": [2, 3], "radius": 1.5, "targets": [{"name": "b", "position": [10, 0]}]},
     ]  # fmt: skip
-    setup = controller_setup(Scenario(
+    setup = Mission(Scenario(
         target=None, teams=teams, robots={"positions": [[8, 3], [10, 3], [10, -3]]},
         opponents=[{"count": 3, "positions": [[8, 6], [7, 6], [10, 0.6 + 1e-9]], "policy": "straight"}],
         mission={"behaviors": ["guard", "surface"]},
-    ))  # fmt: skip
+    )).setup  # fmt: skip
     kernel, q = Kernel(setup), np.array([[8.0, 3.0], [10.0, 3.0], [10.0, -3.0]])
     place = np.array([mover.path.position(0.0) for mover in setup.movers])
     kernel.state.mover_position[:] = place
@@ -107,11 +107,11 @@ def test_a_target_without_a_team_is_not_attacked() -> None:
         {"name": "a", "position": [0, 0]},
         {"name": "b", "position": [2, 0], "escorted_by": [{"team": None}, {"after": 0.02, "team": "one"}]},
     ]
-    setup = controller_setup(Scenario(
+    setup = Mission(Scenario(
         target=None, robots={"positions": [[0, 4]]}, mission={"behaviors": ["surface"]},
         teams=[{"name": "one", "robots": [1], "radius": 4, "targets": targets}],
         opponents=[{"positions": [[2, 0.55]], "policy": "straight"}],
-    ))  # fmt: skip
+    )).setup  # fmt: skip
     kernel, found = Kernel(setup), []
     place = np.array([mover.path.position(0.0) for mover in setup.movers])
     for t in (0.0, 0.01, 0.02):
@@ -163,7 +163,7 @@ def standing(opponents: list[dict[str, object]]) -> tuple[Setup, Watch]:
         target={"radius": 0.3}, robots={"positions": [[3, 0], [0, 3]], "radius": 0.2}, opponents=opponents,
         mission={"radius": 3, "behaviors": ["guard", "surface"]},
     )  # fmt: skip
-    setup = setup_now(controller_setup(scenario))
+    setup = setup_now(Mission(scenario).setup)
     return setup, Watch(setup)
 
 
@@ -200,13 +200,13 @@ def test_the_nearest_robot_guards_and_keeps_its_opponent() -> None:
 
 def test_an_opponent_is_not_asked_before_its_start_and_holds_its_place() -> None:
     patient = {"policy": "patient", "distance": 9.0, "speed": 1.5}
-    setup = controller_setup(
+    setup = Mission(
         Scenario(
             target={"radius": 0.3}, robots={"positions": [[3, 0], [0, 3]]},
             opponents=[{"positions": [[-9, 0]], "start": 1.0, "policy": patient}],
             mission={"radius": 3, "behaviors": ["guard", "surface"]},
         )
-    )  # fmt: skip
+    ).setup  # fmt: skip
     kernel, q = Kernel(setup), np.array([[3.0, 0.0], [0.0, 3.0]])
     kernel.state.mover_position[:] = [[-9.0, 6.0]]  # pushed away
     state = kernel.evaluate(0.0, q, np.zeros((2, 2)))

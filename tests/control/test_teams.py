@@ -9,7 +9,7 @@ import pytest
 
 from escort_mj import Scenario
 from escort_mj.control.setup import Setup
-from escort_mj.scenario.setup import controller_setup
+from escort_mj.scenario.mission import Mission
 from tests.control.twins import TOLERANCE, Kernel, assert_same
 from tests.oracle.failure import KnownRobots as Formed
 from tests.oracle.reference import ReferenceController
@@ -63,14 +63,14 @@ def mission(
     ]  # fmt: skip
     for team, law in zip(teams, laws, strict=True):
         team["controller"] = law
-    return controller_setup(
+    return Mission(
         Scenario(
             axes=axes, physics={"timestep": STEP}, recording={"rate": 10}, seed=axes, target=None,
             teams=teams, robots={"count": 9, "radius": 0.2, "failures": failures, "force_limit": limit},
             **keys, obstacles=[{"position": [30.0] * axes, "radius": 0.5}],
             mission={"max_speed": 1.5, "outer": outer, "behaviors": behaviors, "supervisor": PHASES},
         )
-    )  # fmt: skip
+    ).setup  # fmt: skip
 
 
 @pytest.mark.crossed
@@ -166,10 +166,10 @@ def test_robots_of_two_teams_come_nearer_only_as_fast_as_their_margin_allows() -
          "targets": [{"name": f"of_{name}", "position": [f"{x} + {v}*t", y]}]}
         for name, robot, x, y, v in (("left", 1, 0.0, 5.0, 1.0), ("right", 2, 0.9, -5.0, -1.0))
     ]  # fmt: skip
-    setup = controller_setup(Scenario(
+    setup = Mission(Scenario(
         target=None, teams=teams, robots={"positions": [[0, 0], [0.9, 0]]},
         mission={"outer": {"loop": "set_based", "rate": 4.0}, "behaviors": [AVOID, "surface"]},
-    ))  # fmt: skip
+    )).setup  # fmt: skip
     kernel = Kernel(setup)
     for rows, sign in ((kernel.state.mover_position, 0), (kernel.state.mover_velocity, 1)):
         paths = [mover.path for mover in setup.movers]
@@ -235,10 +235,10 @@ def standing(**demand: list[dict[str, float]]) -> tuple[Teams, Formed, Setup]:
         for name, robots, x in (("left", [1, 2, 3], 0), ("right", [4, 5, 6], 10))
     ]  # fmt: skip
     behaviors = [{"behavior": "avoid_obstacles", "safe_distance": 0.3}, "vertices", "surface"]
-    setup = controller_setup(Scenario(
+    setup = Mission(Scenario(
         target=None, teams=teams, robots={"positions": [[x, 0] for x in (-3, 2, 3, 6.5, 7, 13)]},
         mission={"behaviors": behaviors},
-    ))  # fmt: skip
+    )).setup  # fmt: skip
     return Teams(setup), Formed.whole(setup), setup_now(setup)
 
 

@@ -11,6 +11,7 @@ from escort_mj.laws import ApdSmc
 from escort_mj.memory.evaluation import evaluation_of
 from escort_mj.memory.layout import State, state_size, unpack_state
 from escort_mj.memory.packing import pack
+from escort_mj.memory.sampling import Sampling
 from escort_mj.numerics.formation import arrange, chords_exist
 from escort_mj.numerics.program import Op
 from escort_mj.numerics.thomson import even_figure
@@ -83,7 +84,7 @@ class Kernel:
 
     def __init__(self, setup: Setup) -> None:
         self.axes, self.limit = setup.axes, setup.force_limit
-        self.packed = pack(setup, stride=1, coordinates=setup.count * setup.axes)
+        self.packed = pack(setup, Sampling(coordinates=setup.count * setup.axes))
         self.memory = np.zeros(state_size(self.packed))
         self.state: State = unpack_state(self.packed.ctypes.data, self.memory.ctypes.data, setup.axes)
 

@@ -15,7 +15,7 @@ from escort_mj.estimators import ESTIMATORS, Consensus, CovarianceIntersection, 
 from escort_mj.estimators.covariance_intersection import invert, mix
 from escort_mj.knowledge.belief import carry
 from escort_mj.knowledge.sight import Sight
-from escort_mj.scenario.setup import controller_setup
+from escort_mj.scenario.mission import Mission
 from escort_mj.sensing.sensors import Channel, Sensors
 from tests.control.twins import Kernel
 from tests.oracle.estimators import Belief, believe, believed, linearized, mixture, update
@@ -43,7 +43,7 @@ def wandering(seed: int) -> tuple[Setup, Array]:
         robots={"count": 3, "placement": {"within": 4}}, mission={"radius": 3, "behaviors": ["surface"]},
         recording={"rate": 50},
     )  # fmt: skip
-    setup = replace(controller_setup(scenario), behaviors=(Surface(),))
+    setup = replace(Mission(scenario).setup, behaviors=(Surface(),))
     return setup, np.hstack([place, speed])[:steps]
 
 

@@ -10,7 +10,7 @@ from escort_mj import Controller
 from escort_mj.control.setup import Setup
 from escort_mj.errors import UsageError
 from escort_mj.scenario import Scenario
-from escort_mj.scenario.setup import controller_setup
+from escort_mj.scenario.mission import Mission
 from escort_mj.world.callback import native_loop
 from escort_mj.world.model.build import build
 from escort_mj.world.plant import Plant
@@ -36,7 +36,7 @@ def among_shapes(axes: int, **changes: Any) -> Setup:
         "obstacles": [body | {"position": place} for body, place in zip(BODIES, places, strict=True)],
         **changes,
     }
-    return replace(controller_setup(Scenario.model_validate(keys)), shaped=False)
+    return replace(Mission(Scenario.model_validate(keys)).setup, shaped=False)
 
 
 @pytest.mark.parametrize("axes", [2, 3])
@@ -77,7 +77,7 @@ def sees(robots: list[list[float]], *obstacles: dict[str, Any], **sight: Any) ->
         "obstacles": list(obstacles),
         "walls": [{"points": [[2, -5], [2, -1]], "thickness": 0.1}],
     }
-    setup = replace(controller_setup(Scenario.model_validate(keys)), shaped=False)
+    setup = replace(Mission(Scenario.model_validate(keys)).setup, shaped=False)
     places = np.array(robots, float)
     return (Kernel(setup).evaluate(0.0, places, 0.0 * places).target_seen > 0.0).tolist()
 

@@ -7,7 +7,7 @@ import escort_mj
 from escort_mj import Run, Scenario
 from escort_mj.numerics.gaussian import START
 from escort_mj.record.team import own_targets
-from escort_mj.scenario.setup import controller_setup
+from escort_mj.scenario.mission import Mission
 from tests.control.twins import Kernel
 from tests.oracle.noise import normal
 
@@ -73,7 +73,7 @@ def test_robots_take_estimates_of_members_only(compiled: None) -> None:
 
 def walked(time: float, **keys: object) -> Kernel:
     """The controller after it has been called at every step up to a time, with robots and targets at rest."""
-    setup = controller_setup(Scenario(duration=4.0, **two(**keys)))
+    setup = Mission(Scenario(duration=4.0, **two(**keys))).setup
     kernel = Kernel(setup)
     q = np.array(two()["robots"]["positions"], dtype=float)  # type: ignore[index, call-overload]
     kernel.state.mover_position[:] = [mover.path.position(0.0) for mover in setup.movers]

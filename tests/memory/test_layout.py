@@ -8,10 +8,11 @@ import pytest
 from escort_mj.components.views import BehaviorView, LawView
 from escort_mj.memory.layout import LAYOUT, Plan, State, state_size
 from escort_mj.memory.packing import pack
+from escort_mj.memory.sampling import Sampling
 from escort_mj.native.fields import Fields, Recorded, declared
 from escort_mj.native.lanes import WIDTH
+from escort_mj.scenario.mission import Mission
 from escort_mj.scenario.schema.scenario import Scenario
-from escort_mj.scenario.setup import controller_setup
 from escort_mj.signals import SIGNALS, Signals
 
 
@@ -42,8 +43,8 @@ def test_what_is_recorded_comes_first_and_the_samples_last() -> None:
 
 
 def test_arrays_lie_one_behind_the_other_in_whole_lanes() -> None:
-    setup = controller_setup(Scenario())
-    plan = pack(setup, 10, 10)
+    setup = Mission(Scenario()).setup
+    plan = pack(setup, Sampling(stride=10, coordinates=10))
     header = {name: int(plan[field.place]) for name, field in LAYOUT.fields[State].items()}
     assert all(place % WIDTH == 0 for place in header.values())
     assert all(before <= after for before, after in pairwise(header.values()))

@@ -4,8 +4,8 @@ from itertools import combinations
 
 from escort_mj.memory.layout import Plan
 from escort_mj.native.fields import Fields, declared
+from escort_mj.scenario.mission import Mission
 from escort_mj.scenario.schema.scenario import Scenario
-from escort_mj.scenario.setup import controller_setup
 
 GIVEN_APART = {
     *("step_stretches", "distances_asked"),  # by what expectations ask
@@ -38,7 +38,7 @@ GIVEN_APART = {
 
 
 def test_components_give_the_values_of_their_own_parameters() -> None:
-    setup = controller_setup(Scenario())
+    setup = Mission(Scenario()).setup
     given = {owner: set(owner.packed(setup)) for owner in Plan.__bases__ if issubclass(owner, Fields)}
     for owner, names in given.items():
         assert names <= set(declared(owner)), owner

@@ -9,7 +9,7 @@ import escort_mj
 from escort_mj.errors import EscortError
 from escort_mj.memory.layout import LAYOUT, State
 from escort_mj.scenario import load_file
-from escort_mj.scenario.setup import controller_setup
+from escort_mj.scenario.mission import Mission
 from escort_mj.world.callback import native_loop
 from escort_mj.world.model.build import build
 from escort_mj.world.plant import Plant
@@ -61,7 +61,7 @@ def test_interpreted_and_compiled_agree_on_the_whole_state(name: str, compiled: 
 @pytest.mark.slow
 @pytest.mark.parametrize("path", WELL, ids=lambda path: str(path.relative_to(FOLDER)))
 def test_they_agree_in_every_shipped_mission(path: Path, compiled: None) -> None:
-    if controller_setup(load_file(path)).count > MOST_ROBOTS:
+    if Mission(load_file(path)).setup.count > MOST_ROBOTS:
         pytest.skip("a crowd, in which Python takes minutes; its kernels are those of the smaller ones")
     assert_agree(path, steps=10)
 

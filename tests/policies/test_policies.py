@@ -17,7 +17,7 @@ from escort_mj.policies.burst import Burst
 from escort_mj.policies.flee import Flee
 from escort_mj.policies.learned import Learned, inputs
 from escort_mj.policies.policy import policy_view
-from escort_mj.scenario.setup import controller_setup
+from escort_mj.scenario.mission import Mission
 from tests.control.twins import Kernel
 from tests.oracle.policies import freest, possible_directions, velocity
 
@@ -46,7 +46,7 @@ def test_both_forms_want_the_same(kind: type[Policy], axes: int) -> None:
         axes=axes, target={"position": [0.0] * axes, "body": {"mass": 2.0}}, robots={"count": 5},
         obstacles=[{"motion": {"position": [9.0] + [0.0] * (axes - 1)}, "radius": 0.3}],
     )  # fmt: skip
-    setup = controller_setup(scenario)
+    setup = Mission(scenario).setup
     policy, (obstacle, target) = quick(kind, axes), setup.movers
     kernel = Kernel(replace(setup, movers=(Mover(*obstacle[:5], policy), target)))
     state, memory = kernel.state, np.zeros((2, 8))
@@ -157,7 +157,7 @@ def test_a_body_with_a_policy_is_light_unless_it_has_a_mass() -> None:
     for table, mass in (({}, 1000.0), ({"policy": "wander"}, 1.0), ({"policy": "wander", "mass": 3.0}, 3.0)):
         body = {"body": {"mass": table["mass"]} if "mass" in table else {}}
         policy = {"policy": table["policy"]} if "policy" in table else {}
-        (mover,) = controller_setup(Scenario(target=policy | body)).movers
+        (mover,) = Mission(Scenario(target=policy | body)).setup.movers
         assert mover.mass == mass
 
 
@@ -197,7 +197,7 @@ def test_a_plugin_has_a_policy_for_opponents_and_targets_of_teams(tmp_path: Path
     team = "{name: one, robots: [1, 2, 3, 4, 5], targets: [{name: a, policy: east}]}"
     text = f"plugins: [east.py]\ntarget: null\nopponents: [{{policy: east}}]\nteams: [{team}]\n"
     (tmp_path / "mission.yaml").write_text(text)
-    setup = controller_setup(load_scenario(tmp_path / "mission.yaml"))
+    setup = Mission(load_scenario(tmp_path / "mission.yaml")).setup
     assert [mover.policy and mover.policy.policy for mover in setup.movers] == ["east", "east"]
 
 

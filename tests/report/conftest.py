@@ -15,7 +15,7 @@ from escort_mj.monitor.signals import CAUSES
 from escort_mj.record.folder import RunFolder
 from escort_mj.record.outcome import Outcome
 from escort_mj.report.figures.drawing import style
-from escort_mj.signals import SIGNALS, record_size, truth_sizes
+from escort_mj.signals import SIGNALS, record_size, record_sizes
 from tests.synthetic import build_trace
 
 ROBOT, TARGET, SAFE, RADIUS = 0.3, 0.4, 1.0, 3.0
@@ -100,15 +100,18 @@ def make_run(tmp_path_factory):
         places = np.zeros((obstacles, axes))
         places[:, 0] = 2.0 + 2.0 * np.arange(obstacles)
         places[:, 1] = np.where(np.arange(obstacles) % 2, 4.5, -4.5)
-        sizes = {
-            "robot": count,
-            "axis": axes,
-            "obstacle": obstacles,
-            "behavior": 2,
-            "coordinate": count * axes,
-            "group": 4,
-        }
-        sizes |= truth_sizes(axes, truth is not None, truth == "lyapunov")
+        sizes = record_sizes(
+            {
+                "n": count,
+                "p": axes,
+                "m": obstacles,
+                "behaviors": 2,
+                "coordinates": count * axes,
+                "watched": 4,
+                "known": truth is not None,
+                "judged": truth == "lyapunov",
+            }
+        )
         labels = {
             "obstacles": [f"obstacle_{j + 1}" for j in range(obstacles)],
             "bodies": [*(f"robot_{i + 1}" for i in range(count)), "target"]

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from escort_mj.errors import ScenarioError
+from escort_mj.scenario.mission import Mission
 from escort_mj.scenario.reader.load import scenario_of
-from escort_mj.scenario.setup import controller_setup
 
 ROBOTS = {"positions": [[0.0, 0.0], [4.0, 0.0], [2.0, 3.0]]}
 
@@ -16,7 +16,7 @@ def keys(goals: object, **more: object) -> dict:
 
 
 def goals_of(goals: object, **more: object) -> list[list[list[float]]]:
-    (found,) = controller_setup(scenario_of(keys(goals, **more))).goals
+    (found,) = Mission(scenario_of(keys(goals, **more))).setup.goals
     return [points.tolist() for points in found]
 
 

@@ -5,7 +5,7 @@ import pytest
 from escort_mj.api import load_scenario
 from escort_mj.errors import ScenarioError
 from escort_mj.scenario import Scenario
-from escort_mj.scenario.checks.whole import trace_size
+from escort_mj.scenario.mission import Mission
 from escort_mj.scenario.notes import notes, trace_note
 
 ROUND = {"behavior": "surface"}
@@ -22,12 +22,14 @@ def squeezed(surface: dict, width: float = 3.0) -> Scenario:
 
 
 def test_a_large_trace_is_told_beforehand():
-    assert trace_note(Scenario.model_validate({})) == ""
-    keys = {"duration": 100.0, "robots": {"count": 200}, "mission": {"behaviors": ("surface",)}}
+    assert trace_note(Mission(Scenario.model_validate({}))) == ""
+    robots = {"count": 200, "placement": {"within": 60.0}}
+    keys = {"duration": 100.0, "robots": robots, "mission": {"behaviors": ("surface",)}}
     crowd = Scenario.model_validate(keys)
-    assert 1e8 < trace_size(crowd) < 2e9
+    size = Mission(crowd).trace_size
+    assert 1e8 < size < 2e9
     assert notes(crowd) == [
-        f"the trace will take up to {trace_size(crowd) / 1e6:.0f} MB; a lower recording.rate makes it smaller"
+        f"the trace will take up to {size / 1e6:.0f} MB; a lower recording.rate makes it smaller"
     ]
 
 

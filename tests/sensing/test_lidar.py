@@ -11,7 +11,7 @@ from escort_mj.control.setup import Setup
 from escort_mj.numerics.gaussian import LIDAR
 from escort_mj.report.video.replay import replay_of
 from escort_mj.scenario import Scenario
-from escort_mj.scenario.setup import controller_setup
+from escort_mj.scenario.mission import Mission
 from escort_mj.sensing.lidar import FAR, even_rays, widest_gap
 from escort_mj.world.callback import native_loop
 from escort_mj.world.model.build import build
@@ -44,7 +44,7 @@ def scanning(*obstacles: dict[str, Any], count: int = 1, **lidar: Any) -> Kernel
         "sensing": {"lidar": {"rays": 8, "range": 7.0, **lidar}},
         "obstacles": list(obstacles),
     }
-    return Kernel(controller_setup(Scenario.model_validate(keys)))
+    return Kernel(Mission(Scenario.model_validate(keys)).setup)
 
 
 def test_rays_return_from_the_surface_of_each_shape() -> None:
@@ -93,7 +93,7 @@ def test_what_rays_return_is_recorded_and_drawn(compiled: None) -> None:
     }
     scenario = Scenario.model_validate(keys)
     trace = escort_mj.run(scenario).trace
-    setup, rays = controller_setup(scenario), trace["lidar_ray"].values
+    setup, rays = Mission(scenario).setup, trace["lidar_ray"].values
     found, q = trace["lidar_range"].values, trace["q"].values
     for lengths, place in zip(found[:, 0], q[:, 0], strict=True):
         first, last = stretches_inside(place, rays, setup)

@@ -6,6 +6,7 @@ from typing import Any, Literal
 import numpy as np
 import pytest
 
+from escort_mj.scenario.mission import Mission
 from escort_mj.scenario.schema.scenario import Scenario
 from escort_mj.signals import SIGNALS
 from escort_mj.world.callback import native_loop
@@ -20,7 +21,7 @@ def make_world(compiled: None) -> Callable[..., World]:
     """Builds a world from the keys of a scenario; the cross-checks of loading are left out."""
 
     def make(outside: Literal["force"] | None = None, **keys: Any) -> World:
-        return build(Scenario.model_validate(keys), outside)
+        return build(Mission(Scenario.model_validate(keys), outside=outside))
 
     return make
 

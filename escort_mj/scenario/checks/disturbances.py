@@ -7,11 +7,12 @@ from collections.abc import Iterator
 from escort_mj.disturbances import Disturbance, Expressions
 from escort_mj.scenario.checks.goals import check_function
 from escort_mj.scenario.findings import Finding, Path
-from escort_mj.scenario.schema.scenario import Scenario
+from escort_mj.scenario.mission import Mission
 
 
-def check_disturbances(scenario: Scenario) -> Iterator[Finding]:
+def check_disturbances(mission: Mission) -> Iterator[Finding]:
     """Forces have a function for each axis, defined through the whole run; equations fit so many axes."""
+    scenario = mission.scenario
     for index, each in enumerate(scenario.uncertainty.disturbances):
         path: Path = ("uncertainty", "disturbances", index)
         for key, words in each.misfits(scenario.axes):

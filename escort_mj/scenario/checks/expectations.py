@@ -10,7 +10,7 @@ from escort_mj.expectations.outcome import OutcomeExpectation
 from escort_mj.monitor.signals import FLOOR, GROUPS, ROBOTS, TARGET
 from escort_mj.numerics.steps import first_step, last_step
 from escort_mj.scenario.findings import Finding, Path, did_you_mean, shown
-from escort_mj.scenario.geometry.bodies import bodies_of
+from escort_mj.scenario.mission import Mission
 from escort_mj.scenario.schema.scenario import Scenario
 
 MOST_NAMES = 8  # listed in a message
@@ -39,18 +39,19 @@ NEEDS: dict[str, tuple[str, ...]] = (
 """What metrics and expectations need, by their names, in the words for its lack."""
 
 
-def check_bounds(scenario: Scenario) -> Iterator[Finding]:
+def check_bounds(mission: Mission) -> Iterator[Finding]:
     """Each expectation has bounds, and a value can meet them and can fail to."""
-    endings = [i for i, e in enumerate(scenario.expect) if isinstance(e, OutcomeExpectation)]
+    endings = [i for i, e in enumerate(mission.scenario.expect) if isinstance(e, OutcomeExpectation)]
     for again in endings[1:]:
         yield Finding(("expect", again, "outcome"), f"found a second ending; expect[{endings[0]}] has one")
-    for index, expectation in enumerate(scenario.expect):
+    for index, expectation in enumerate(mission.scenario.expect):
         path: Path = ("expect", index)
         yield from (Finding((*path, *key), message) for key, message in expectation.faults())
 
 
-def check_windows(scenario: Scenario) -> Iterator[Finding]:
+def check_windows(mission: Mission) -> Iterator[Finding]:
     """Each expectation's window holds a physics step, and the run reaches it."""
+    scenario = mission.scenario
     timestep = scenario.physics.timestep
     for index, expectation in enumerate(scenario.expect):
         if expectation.skip is not None:
@@ -78,8 +79,9 @@ def check_windows(scenario: Scenario) -> Iterator[Finding]:
             )
 
 
-def check_told(scenario: Scenario) -> Iterator[Finding]:
+def check_told(mission: Mission) -> Iterator[Finding]:
     """What expectations measure is there: goals, opponents, what robots know and say, the truth."""
+    scenario = mission.scenario
     stacks = [scenario.mission.behaviors, *(phase.behaviors for phase in scenario.mission.supervisor)]
     there = {
         GOALS: any(isinstance(behavior, Headed) for stack in stacks for behavior in stack),
@@ -97,9 +99,10 @@ def check_told(scenario: Scenario) -> Iterator[Finding]:
             yield Finding(("expect", index, key), f"found {name}, but {lacking[0]}: it would have no value")
 
 
-def check_sides(scenario: Scenario) -> Iterator[Finding]:
+def check_sides(mission: Mission) -> Iterator[Finding]:
     """Both sides of a pair are in this scenario, and can meet."""
-    bodies = bodies_of(scenario)
+    scenario = mission.scenario
+    bodies = mission.bodies
     known = dict(zip(bodies.names, bodies.groups, strict=True))
     if scenario.axes != 2:
         del known[FLOOR]

@@ -7,13 +7,13 @@ from collections.abc import Iterator
 from escort_mj.behaviors import Chords
 from escort_mj.scenario.checks.mission import behaviors_of
 from escort_mj.scenario.findings import Finding, Path
-from escort_mj.scenario.geometry.placement import robot_count
-from escort_mj.scenario.schema.scenario import Scenario
+from escort_mj.scenario.mission import Mission
 
 
-def check_failures(scenario: Scenario) -> Iterator[Finding]:
+def check_failures(mission: Mission) -> Iterator[Finding]:
     """Each robot fails at most once, in time and with a force; some robot and its formation stay."""
-    robots, count = scenario.robots, robot_count(scenario)
+    scenario = mission.scenario
+    robots, count = scenario.robots, mission.count
     if not robots.failures:
         return
     limits = {o.robot: o.force_limit for o in robots.overrides if o.force_limit is not None}

@@ -17,8 +17,7 @@ from escort_mj.scenario.checks.mission import behaviors_of
 from escort_mj.scenario.checks.motion import check_defined, check_order
 from escort_mj.scenario.findings import Finding, Path
 from escort_mj.scenario.geometry.goals import goals_of
-from escort_mj.scenario.geometry.obstacles import obstacles_of
-from escort_mj.scenario.geometry.placement import robot_count, team
+from escort_mj.scenario.mission import Mission
 from escort_mj.scenario.schema.expressions import Expression, ExpressionError
 from escort_mj.scenario.schema.scenario import Scenario
 
@@ -27,8 +26,9 @@ Array = NDArray[np.float64]
 MOST_REPORTED = 20
 
 
-def check_target(scenario: Scenario) -> Iterator[Finding]:
+def check_target(mission: Mission) -> Iterator[Finding]:
     """What needs a target has one."""
+    scenario = mission.scenario
     if scenario.target is not None or scenario.teams:
         return
     for path, behavior in behaviors_of(scenario):
@@ -50,9 +50,10 @@ def check_target(scenario: Scenario) -> Iterator[Finding]:
             )
 
 
-def check_formations(scenario: Scenario) -> Iterator[Finding]:
+def check_formations(mission: Mission) -> Iterator[Finding]:
     """Formations have an offset for each robot, and one frame, which is defined through the whole run."""
-    count, axes = robot_count(scenario), scenario.axes
+    scenario = mission.scenario
+    count, axes = mission.count, scenario.axes
     for path, formation in behaviors_of(scenario):
         if not isinstance(formation, Formation):
             continue
@@ -98,10 +99,10 @@ def check_function(scenario: Scenario, path: Path, component: float | str) -> It
         yield finding._replace(path=path)
 
 
-def check_one_way(scenario: Scenario) -> Iterator[Finding]:
+def check_one_way(mission: Mission) -> Iterator[Finding]:
     """No stack sends robots to two places at once."""
     seen: dict[Path, str] = {}
-    for path, behavior in behaviors_of(scenario):
+    for path, behavior in behaviors_of(mission.scenario):
         if isinstance(behavior, Headed):
             if path[:-1] in seen:
                 words = f"found {behavior.behavior} beside {seen[path[:-1]]}; each says where all robots go"
@@ -109,14 +110,15 @@ def check_one_way(scenario: Scenario) -> Iterator[Finding]:
             seen[path[:-1]] = behavior.behavior
 
 
-def check_goals(scenario: Scenario) -> Iterator[Finding]:
+def check_goals(mission: Mission) -> Iterator[Finding]:
     """As many goals as robots, of as many numbers as axes; all robots fit at their last ones, or offsets."""
-    count, axes = robot_count(scenario), scenario.axes
+    scenario = mission.scenario
+    count, axes = mission.count, scenario.axes
     for path, goal in behaviors_of(scenario):
         if isinstance(goal, Formation) and isinstance(goal.scale, float):
             with suppress(ScenarioError):  # no room for robots, which another check says
                 places = goal.scale * np.array(goal.offsets)
-                yield from _overlapping(places, team(scenario).radius, "offsets", (*path, "offsets"))
+                yield from _overlapping(places, mission.team.radius, "offsets", (*path, "offsets"))
         if not isinstance(goal, Goal):
             continue
         path = (*path, "goals")
@@ -142,7 +144,7 @@ def check_goals(scenario: Scenario) -> Iterator[Finding]:
             yield from wrong
             if wrong:
                 continue
-        yield from _fitting(scenario, goal, path)
+        yield from _fitting(mission, goal, path)
 
 
 def points_in(entry: Sequence[Any]) -> list[tuple[Path, Sequence[float]]]:
@@ -156,18 +158,18 @@ def _dimension(found: int, axes: int) -> str:
     return f"found {found} numbers; expected {axes}, as axes says"
 
 
-def _fitting(scenario: Scenario, goal: Goal, path: Path) -> Iterator[Finding]:
+def _fitting(mission: Mission, goal: Goal, path: Path) -> Iterator[Finding]:
     """Robots at their last goals touch neither each other nor what stands."""
     try:
-        robots = team(scenario)
-        (goals,) = goals_of(scenario, robots, [goal])
+        robots = mission.team
+        (goals,) = goals_of(mission.scenario, robots, [goal])
     except ScenarioError as error:
         if any(fault.key == "mission.behaviors" for fault in error.faults):
             yield from (Finding(path, fault.message) for fault in error.faults)
         return
     last = np.array([points[-1] for points in goals])
     yield from _overlapping(last, robots.radius, "goals", path)
-    for body in obstacles_of(scenario):
+    for body in mission.obstacles:
         if body.motion is not None:
             continue
         clear = body.gaps(last) - robots.radius

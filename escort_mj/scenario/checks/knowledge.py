@@ -11,6 +11,7 @@ from escort_mj.radios.radio import Edges, Loss, Nearest
 from escort_mj.scenario.checks.mission import behaviors_of
 from escort_mj.scenario.findings import Finding, Path, key_path, listed
 from escort_mj.scenario.geometry.placement import kinds_of, robot_count
+from escort_mj.scenario.mission import Mission
 from escort_mj.scenario.schema.knowledge import Knowledge, TargetSight
 from escort_mj.scenario.schema.scenario import Scenario
 
@@ -19,8 +20,9 @@ HEADLESS = "which has no heading; expected null, or kinds with a heading, such a
 MAX_LINKS = 64 * 2**20  # bytes of messages that are kept
 
 
-def check_known(scenario: Scenario) -> Iterator[Finding]:
+def check_known(mission: Mission) -> Iterator[Finding]:
     """There is a target to know of, and the behaviors need no more than robots know."""
+    scenario = mission.scenario
     knowledge, communication = scenario.knowledge, scenario.communication
     if knowledge is None and communication is None:
         return
@@ -45,8 +47,9 @@ def check_known(scenario: Scenario) -> Iterator[Finding]:
             yield Finding(path, words, related=(("robots", "failures"), table))
 
 
-def check_heard(scenario: Scenario) -> Iterator[Finding]:
+def check_heard(mission: Mission) -> Iterator[Finding]:
     """Teammates that are avoided by their messages can be heard in time, and something bounds their ways."""
+    scenario = mission.scenario
     communication, limit = scenario.communication, scenario.mission.max_speed
     for place, avoid in behaviors_of(scenario):
         if not isinstance(avoid, AvoidObstacles) or avoid.teammates != HEARD:
@@ -74,16 +77,18 @@ def check_heard(scenario: Scenario) -> Iterator[Finding]:
             )
 
 
-def check_auctions(scenario: Scenario) -> Iterator[Finding]:
+def check_auctions(mission: Mission) -> Iterator[Finding]:
     """Robots that bid for vertices can tell each other what they bid."""
+    scenario = mission.scenario
     for path, behavior in behaviors_of(scenario):
         if behavior.bids and scenario.communication is None and not scenario.teams:
             words = "found auction without communication, by which robots bid; expected nearest"
             yield Finding((*path, "assignment"), words)
 
 
-def check_target_sight(scenario: Scenario) -> Iterator[Finding]:
+def check_target_sight(mission: Mission) -> Iterator[Finding]:
     """Robots that can see exist, looks are whole steps apart, and the estimator gets what it needs."""
+    scenario = mission.scenario
     knowledge = scenario.knowledge
     if knowledge is None:
         return
@@ -130,9 +135,10 @@ def _needs(knowledge: Knowledge, path: Path) -> Iterator[Finding]:
         yield Finding(path, words, related=(("knowledge", "estimator"),))
 
 
-def check_communication(scenario: Scenario) -> Iterator[Finding]:
+def check_communication(mission: Mission) -> Iterator[Finding]:
     """Robots exist, messages are whole steps apart, and no more of them are kept than memory holds."""
-    communication, count = scenario.communication, robot_count(scenario)
+    scenario = mission.scenario
+    communication, count = scenario.communication, mission.count
     if communication is None:
         return
     path: Path = ("communication",)

@@ -10,8 +10,8 @@ from escort_mj.control.supervisor import Condition
 from escort_mj.laws import Law
 from escort_mj.numerics.formation import chords_exist, widest_spacing
 from escort_mj.scenario.findings import Finding, Path, key_path
-from escort_mj.scenario.geometry.obstacles import obstacles_of
 from escort_mj.scenario.geometry.placement import robot_count
+from escort_mj.scenario.mission import Mission
 from escort_mj.scenario.schema.scenario import Scenario
 
 
@@ -37,8 +37,9 @@ def laws_of(scenario: Scenario) -> Iterator[tuple[Path, Law]]:
         yield ("controller",), scenario.controller
 
 
-def check_behaviors(scenario: Scenario) -> Iterator[Finding]:
+def check_behaviors(mission: Mission) -> Iterator[Finding]:
     """Each behavior at most once in a priority stack, chords in one order only, interception at a speed."""
+    scenario = mission.scenario
     for path, stack in _stacks(scenario):
         seen: set[str] = set()
         for index, behavior in enumerate(stack):
@@ -56,8 +57,9 @@ def check_behaviors(scenario: Scenario) -> Iterator[Finding]:
             )
 
 
-def check_supervisor(scenario: Scenario) -> Iterator[Finding]:
+def check_supervisor(mission: Mission) -> Iterator[Finding]:
     """Each phase has a time or a condition that can come true."""
+    scenario = mission.scenario
     names: dict[str, int] = {}
     for index, phase in enumerate(scenario.mission.supervisor):
         path: Path = ("mission", "supervisor", index)
@@ -73,12 +75,12 @@ def check_supervisor(scenario: Scenario) -> Iterator[Finding]:
         if phase.before is not None and phase.before <= phase.after:
             yield Finding(path, f"never rules: after {phase.after:g} s and before {phase.before:g} s")
         if phase.when is not None:
-            yield from _check_condition(scenario, phase.when, (*path, "when"))
+            yield from _check_condition(mission, phase.when, (*path, "when"))
 
 
-def check_trigger(scenario: Scenario) -> Iterator[Finding]:
+def check_trigger(mission: Mission) -> Iterator[Finding]:
     """Updates are due some time after they are allowed."""
-    trigger = scenario.mission.trigger
+    trigger = mission.scenario.mission.trigger
     if trigger is not None and trigger.longest <= trigger.dwell:
         yield Finding(
             ("mission", "trigger", "longest"),
@@ -86,8 +88,9 @@ def check_trigger(scenario: Scenario) -> Iterator[Finding]:
         )
 
 
-def check_video(scenario: Scenario) -> Iterator[Finding]:
+def check_video(mission: Mission) -> Iterator[Finding]:
     """The video shows a part of the run."""
+    scenario = mission.scenario
     start, end = scenario.video.start or 0.0, scenario.video.end
     if start >= scenario.duration:
         words = f"found {start:g} s; the run ends at {scenario.duration:g} s"
@@ -96,7 +99,7 @@ def check_video(scenario: Scenario) -> Iterator[Finding]:
         yield Finding(("video", "end"), f"found {end:g} s; expected more than the start, {start:g} s")
 
 
-def _check_condition(scenario: Scenario, when: Condition, path: Path) -> Iterator[Finding]:
+def _check_condition(mission: Mission, when: Condition, path: Path) -> Iterator[Finding]:
     if (when.below is None) == (when.above is None):
         found = "neither below nor above" if when.below is None else "both below and above"
         yield Finding(path, f"found {found}; give one of them")
@@ -109,22 +112,23 @@ def _check_condition(scenario: Scenario, when: Condition, path: Path) -> Iterato
                 (*path, "release"),
                 f"found {when.release:g} m; expected {side} {when.threshold:g} m, where the phase begins",
             )
-    if "obstacle" in when.quantity and not obstacles_of(scenario):
+    if "obstacle" in when.quantity and not mission.obstacles:
         yield Finding((*path, "quantity"), f"found {when.quantity}; there are no obstacles")
-    if when.quantity == "robot_distance" and robot_count(scenario) < 2:
+    if when.quantity == "robot_distance" and mission.count < 2:
         yield Finding((*path, "quantity"), f"found {when.quantity}; there is one robot")
 
 
-def check_formation(scenario: Scenario) -> Iterator[Finding]:
+def check_formation(mission: Mission) -> Iterator[Finding]:
     """The behaviors suit the number of robots and their size."""
-    count, axes, mission = robot_count(scenario), scenario.axes, scenario.mission
+    scenario = mission.scenario
+    count, axes, own = mission.count, scenario.axes, scenario.mission.radius
     behaviors = list(behaviors_of(scenario))
     robot_radius = max([scenario.robots.radius, *(o.radius or 0.0 for o in scenario.robots.overrides)])
     body = robot_radius if scenario.target is None else scenario.target.radius + robot_radius
-    if scenario.target is not None and mission.radius <= body:
+    if scenario.target is not None and own <= body:
         yield Finding(
             ("mission", "radius"),
-            f"found {mission.radius:g} m, inside the target's body; expected more than {body:g} m",
+            f"found {own:g} m, inside the target's body; expected more than {body:g} m",
             related=(("target", "radius"), ("robots", "radius")),
         )
     spread, edge = any(behavior.spreads for _, behavior in behaviors), math.inf

@@ -10,6 +10,7 @@ import numpy as np
 
 from escort_mj.components.waypoint import Waypoint
 from escort_mj.scenario.findings import Finding, Path
+from escort_mj.scenario.mission import Mission
 from escort_mj.scenario.schema.expressions import Expression
 from escort_mj.scenario.schema.fields import Component
 from escort_mj.scenario.schema.obstacle_tables import Motion
@@ -19,8 +20,9 @@ SAMPLES = 20_001
 LARGEST = 1e6  # m, N: far beyond any mission, far below where MuJoCo gives up
 
 
-def check_motion(scenario: Scenario) -> Iterator[Finding]:
+def check_motion(mission: Mission) -> Iterator[Finding]:
     """Waypoints in order, and every expression defined, with its derivative, through the whole run."""
+    scenario = mission.scenario
     motions: list[tuple[Path, Motion]] = []
     if scenario.target is not None:
         motions.append((("target",), scenario.target))

@@ -11,10 +11,11 @@ import numpy as np
 
 from escort_mj.errors import ScenarioError
 from escort_mj.scenario.findings import Finding, Path, listed
-from escort_mj.scenario.geometry.obstacles import SIZES, fixed_obstacles, obstacles_of, sizes
+from escort_mj.scenario.geometry.obstacles import SIZES, fixed_obstacles, sizes
 from escort_mj.scenario.geometry.shapes import hull
 from escort_mj.scenario.geometry.teams import team_targets
 from escort_mj.scenario.geometry.walls import LEAST
+from escort_mj.scenario.mission import Mission
 from escort_mj.scenario.schema.obstacle_tables import Drive, Obstacle, Wall
 from escort_mj.scenario.schema.scenario import Scenario
 
@@ -41,8 +42,9 @@ def vectors_of_obstacles(scenario: Scenario) -> Iterator[tuple[Path, Sequence[An
     yield ("environment", "medium", "wind"), scenario.environment.medium.wind
 
 
-def check_obstacles(scenario: Scenario) -> Iterator[Finding]:
+def check_obstacles(mission: Mission) -> Iterator[Finding]:
     """Each obstacle is somewhere and has what its shape needs, and nothing else."""
+    scenario = mission.scenario
     for index, obstacle in enumerate(scenario.obstacles):
         path: Path = ("obstacles", index)
         if obstacle.motion is None:
@@ -106,8 +108,9 @@ def _check_size(scenario: Scenario, obstacle: Obstacle, path: Path) -> Iterator[
             yield Finding((*path, "vertices"), words)
 
 
-def check_walls(scenario: Scenario) -> Iterator[Finding]:
+def check_walls(mission: Mission) -> Iterator[Finding]:
     """Walls that go somewhere, with doors inside them."""
+    scenario = mission.scenario
     for index, wall in enumerate(scenario.walls):
         path: Path = ("walls", index)
         if scenario.axes > 3:
@@ -177,9 +180,9 @@ def _check_doors(scenario: Scenario, wall: Wall, lengths: np.ndarray, path: Path
             )
 
 
-def check_environment(scenario: Scenario) -> Iterator[Finding]:
+def check_environment(mission: Mission) -> Iterator[Finding]:
     """Floor and slope where there is a floor, and a medium where there is space."""
-    environment, axes = scenario.environment, scenario.axes
+    environment, axes = mission.scenario.environment, mission.scenario.axes
     if axes != 2 and environment.slope.angle > 0.0:
         yield Finding(
             ("environment", "slope", "angle"), f"found a slope in {axes} axes; a floor takes axes 2"
@@ -195,8 +198,9 @@ def check_environment(scenario: Scenario) -> Iterator[Finding]:
         )
 
 
-def check_clutter(scenario: Scenario) -> Iterator[Finding]:
+def check_clutter(mission: Mission) -> Iterator[Finding]:
     """Clutter that robots fit through, and room for it."""
+    scenario = mission.scenario
     clutter = scenario.clutter
     if clutter is None:
         return
@@ -224,15 +228,16 @@ def check_clutter(scenario: Scenario) -> Iterator[Finding]:
         )
         return
     try:
-        obstacles_of(scenario)
+        _ = mission.obstacles
     except ScenarioError as error:
         yield from (Finding(("clutter",), fault.message) for fault in error.faults)
 
 
-def check_obstacle_names(scenario: Scenario) -> Iterator[Finding]:
+def check_obstacle_names(mission: Mission) -> Iterator[Finding]:
     """No two obstacles of one name, and none with a name that the world has for something else."""
+    scenario = mission.scenario
     seen: dict[str, Path] = {}
-    bodies = fixed_obstacles(scenario) if scenario.clutter is None else obstacles_of(scenario)
+    bodies = fixed_obstacles(scenario) if scenario.clutter is None else mission.obstacles
     bodies = (*bodies, *team_targets(scenario))
     for body in bodies:
         name, path = body.name, (*body.path, "name")

@@ -13,8 +13,7 @@ from escort_mj.behaviors import Surface
 from escort_mj.scenario.checks.goals import check_function
 from escort_mj.scenario.checks.mission import behaviors_of
 from escort_mj.scenario.findings import Finding, Path
-from escort_mj.scenario.geometry.obstacles import obstacles_of
-from escort_mj.scenario.geometry.trajectory import target_trajectory
+from escort_mj.scenario.mission import Mission
 from escort_mj.scenario.schema.expressions import Expression
 from escort_mj.scenario.schema.scenario import Scenario
 
@@ -33,8 +32,9 @@ class DoorOnPath(NamedTuple):
     path: Path
 
 
-def check_radii(scenario: Scenario) -> Iterator[Finding]:
+def check_radii(mission: Mission) -> Iterator[Finding]:
     """Radii of the behavior `surface` are defined, and larger than bodies."""
+    scenario = mission.scenario
     target = 0.0 if scenario.target is None else scenario.target.radius
     body = target + scenario.robots.largest_radius
     for path, surface in behaviors_of(scenario):
@@ -68,22 +68,23 @@ def _small(scenario: Scenario, path: Path, radius: str, body: float) -> Iterator
         yield Finding(path, words, related=(("target", "radius"), ("robots", "radius")))
 
 
-def check_doors(scenario: Scenario) -> Iterator[Finding]:
+def check_doors(mission: Mission) -> Iterator[Finding]:
     """Every robot fits through the doors that the target comes through."""
-    door, size = narrowest_door(scenario, 0.0), 2.0 * scenario.robots.largest_radius
+    door, size = narrowest_door(mission, 0.0), 2.0 * mission.scenario.robots.largest_radius
     if door is not None and door.width < size:
         words = f"leaves {door.width:.3g} m between {door.between}, through which the target comes at "
         yield Finding(door.path, f"{words}{door.time:.3g} s; the largest robot needs {size:g} m")
 
 
-def narrowest_door(scenario: Scenario, reach: float) -> DoorOnPath | None:
+def narrowest_door(mission: Mission, reach: float) -> DoorOnPath | None:
     """Return the narrowest place between two walls nearer to the target's way than a reach [m]."""
+    scenario = mission.scenario
     if scenario.target is None or not scenario.walls:
         return None
     times = np.linspace(0.0, scenario.duration, SAMPLES)
-    way = target_trajectory(scenario).position(times)
+    way = mission.target.position(times)
     reach = max(reach, 2.0 * scenario.robots.largest_radius)
-    walls = [body for body in obstacles_of(scenario) if body.path[0] == "walls"]
+    walls = [body for body in mission.obstacles if body.path[0] == "walls"]
     found: list[tuple[str, Path, Array, Array]] = []
     for wall in walls:
         gaps = wall.gaps(way)

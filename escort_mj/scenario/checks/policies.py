@@ -11,17 +11,17 @@ from escort_mj.policies.learned import Learned, inputs
 from escort_mj.policies.policy import Policy
 from escort_mj.scenario.checks.obstacles import check_drive
 from escort_mj.scenario.findings import Finding, Path, did_you_mean, shown
-from escort_mj.scenario.geometry.obstacles import obstacles_of
-from escort_mj.scenario.geometry.placement import robot_count
+from escort_mj.scenario.mission import Mission
 from escort_mj.scenario.schema.expressions import Expression
-from escort_mj.scenario.schema.scenario import Scenario, Target
+from escort_mj.scenario.schema.scenario import Target
 from escort_mj.scenario.schema.teams import TeamTarget
 
 IN_SPACE = 3  # axes
 
 
-def check_policy(scenario: Scenario) -> Iterator[Finding]:
+def check_policy(mission: Mission) -> Iterator[Finding]:
     """A target with a policy begins at one place, and wants something else than to reach the target."""
+    scenario = mission.scenario
     targets: list[tuple[Path, Target | TeamTarget]] = [
         (("teams", index, "targets", place), target)
         for index, team in enumerate(scenario.teams)
@@ -51,11 +51,11 @@ def check_policy(scenario: Scenario) -> Iterator[Finding]:
             yield Finding((*path, "position", axis), words)
 
 
-def check_leaders(scenario: Scenario) -> Iterator[Finding]:
+def check_leaders(mission: Mission) -> Iterator[Finding]:
     """Bodies follow others, at a distance that leaves room for both."""
-    obstacles = obstacles_of(scenario)
-    radii = {f"robot_{i}": scenario.robots.largest_radius for i in range(1, robot_count(scenario) + 1)}
-    target = scenario.target
+    obstacles = mission.obstacles
+    radii = {f"robot_{i}": mission.scenario.robots.largest_radius for i in range(1, mission.count + 1)}
+    target = mission.scenario.target
     followers = [(body.name, body.path, body.bounding_radius, body.policy) for body in obstacles]
     if target is not None:
         radii["target"] = target.radius
@@ -99,8 +99,9 @@ def _moving(target: Target | TeamTarget) -> list[int]:
     ]
 
 
-def check_opponents(scenario: Scenario) -> Iterator[Finding]:
+def check_opponents(mission: Mission) -> Iterator[Finding]:
     """Opponents have a target, a name of their own, and one start each if any."""
+    scenario = mission.scenario
     names = [group.name for group in scenario.opponents]
     for index, group in enumerate(scenario.opponents):
         path: Path = ("opponents", index)
@@ -124,11 +125,12 @@ def check_opponents(scenario: Scenario) -> Iterator[Finding]:
         yield from check_drive(scenario, group.body, (*path, "body"))
 
 
-def check_guards(scenario: Scenario) -> Iterator[Finding]:
+def check_guards(mission: Mission) -> Iterator[Finding]:
     """Behaviors against opponents have some, and robots that all know where these are."""
-    mission = scenario.mission
-    stacks: list[tuple[Path, Sequence[Behavior]]] = [(("mission", "behaviors"), mission.behaviors)]
-    for number, phase in enumerate(mission.supervisor):
+    scenario = mission.scenario
+    behaviors = scenario.mission.behaviors
+    stacks: list[tuple[Path, Sequence[Behavior]]] = [(("mission", "behaviors"), behaviors)]
+    for number, phase in enumerate(scenario.mission.supervisor):
         stacks.append((("mission", "supervisor", number, "behaviors"), phase.behaviors))
     for path, stack in stacks:
         for place, behavior in enumerate(stack):

@@ -10,16 +10,16 @@ from escort_mj.robots.kind import can_meet
 from escort_mj.robots.modeled import ModeledKind
 from escort_mj.scenario.checks.mission import laws_of
 from escort_mj.scenario.findings import Finding, Path
-from escort_mj.scenario.geometry.obstacles import obstacles_of
-from escort_mj.scenario.geometry.placement import gravity_of, kinds_of, robot_count
+from escort_mj.scenario.geometry.placement import gravity_of, robot_count
 from escort_mj.scenario.geometry.shapes import extent
+from escort_mj.scenario.mission import Mission
 from escort_mj.scenario.schema.robots import Actuators
 from escort_mj.scenario.schema.scenario import Scenario
 
 
-def check_team(scenario: Scenario) -> Iterator[Finding]:
+def check_team(mission: Mission) -> Iterator[Finding]:
     """As many positions as robots, and overrides of robots that exist."""
-    robots, count = scenario.robots, robot_count(scenario)
+    robots, count = mission.scenario.robots, mission.count
     if robots.positions is not None and len(robots.positions) != count:
         yield Finding(
             ("robots", "positions"),
@@ -44,8 +44,9 @@ def check_team(scenario: Scenario) -> Iterator[Finding]:
         first.setdefault(override.robot, index)
 
 
-def check_kinds(scenario: Scenario) -> Iterator[Finding]:
+def check_kinds(mission: Mission) -> Iterator[Finding]:
     """Kinds that have room for all axes, and parameters that fit the robot's body."""
+    scenario = mission.scenario
     robots = scenario.robots
     cases: list[tuple[Path, RobotKind, float]] = [(("robots", "kind"), robots.kind, robots.radius)]
     for index, override in enumerate(robots.overrides):
@@ -61,17 +62,18 @@ def check_kinds(scenario: Scenario) -> Iterator[Finding]:
         yield from (Finding(path, words) for words in kind.misfits(radius))
 
 
-def check_motors(scenario: Scenario) -> Iterator[Finding]:
+def check_motors(mission: Mission) -> Iterator[Finding]:
     """One gain for each motor that a robot has, given or drawn."""
+    scenario = mission.scenario
     robots = scenario.robots
     everyone: tuple[Path, Actuators] = (("robots", "actuators"), robots.actuators)
-    owners = [everyone] * robot_count(scenario)
+    owners = [everyone] * mission.count
     for index, override in enumerate(robots.overrides):
         if override.actuators is not None:
             owners[override.robot - 1] = ("robots", "overrides", index, "actuators"), override.actuators
     cases = {
         (path, kind.kind): (actuators, kind)
-        for (path, actuators), kind in zip(owners, kinds_of(scenario), strict=True)
+        for (path, actuators), kind in zip(owners, mission.kinds, strict=True)
     }
     for (path, name), (actuators, kind) in cases.items():
         if actuators.gains is None:
@@ -86,9 +88,10 @@ def check_motors(scenario: Scenario) -> Iterator[Finding]:
             )
 
 
-def check_models(scenario: Scenario) -> Iterator[Finding]:
+def check_models(mission: Mission) -> Iterator[Finding]:
     """Robots with actuators of their own are asked for nothing that only the built-in motors have."""
-    kinds = kinds_of(scenario)
+    scenario = mission.scenario
+    kinds = mission.kinds
     driven = [robot for robot, kind in enumerate(kinds) if isinstance(kind, ModeledKind)]
     if not driven:
         return
@@ -123,9 +126,10 @@ def _actuators(scenario: Scenario, robot: int) -> tuple[Path, Actuators]:
     return ("robots", "actuators"), scenario.robots.actuators
 
 
-def check_heights(scenario: Scenario) -> Iterator[Finding]:
+def check_heights(mission: Mission) -> Iterator[Finding]:
     """Gravity to fly against; and in the plane one height for all, where distances are measured."""
-    kinds, gravity = kinds_of(scenario), gravity_of(scenario)
+    scenario = mission.scenario
+    kinds, gravity = mission.kinds, gravity_of(scenario)
     flying = next((robot for robot, kind in enumerate(kinds) if kind.flies), None)
     if flying is not None and not (gravity[2] < 0.0 and gravity[0] == gravity[1] == 0.0):
         yield Finding(
@@ -157,21 +161,22 @@ def check_heights(scenario: Scenario) -> Iterator[Finding]:
         )
 
 
-def check_spans(scenario: Scenario) -> Iterator[Finding]:
+def check_spans(mission: Mission) -> Iterator[Finding]:
     """In the plane every two bodies are beside each other: none passes above or below another."""
-    if scenario.axes != 2 or any(True for _ in check_heights(scenario)):
+    scenario = mission.scenario
+    if scenario.axes != 2 or any(True for _ in check_heights(mission)):
         return
     height = scenario.robots.height
     spans: list[tuple[str, Path, tuple[float, float]]] = []
     known: dict[tuple[RobotKind, float], tuple[float, float]] = {}
-    kinds = kinds_of(scenario)
+    kinds = mission.kinds
     for robot, pair in enumerate(zip(kinds, _each(scenario, "radius"), strict=True)):
         span = known.setdefault(pair, pair[0].span(pair[1], height))
         spans.append((f"robot {robot + 1}, a {pair[0].kind},", _kind_path(scenario, robot), span))
     if scenario.target is not None:
         radius = scenario.target.radius
         spans.append(("the target", ("target",), (height - radius, height + radius)))
-    for body in obstacles_of(scenario):
+    for body in mission.obstacles:
         low, high = extent(body.solid)
         spans.append((body.name, body.path, (height + float(low[2]), height + float(high[2]))))
     upper = max(spans, key=lambda each: each[2][0])
@@ -187,13 +192,14 @@ def check_spans(scenario: Scenario) -> Iterator[Finding]:
         )
 
 
-def check_weights(scenario: Scenario) -> Iterator[Finding]:
+def check_weights(mission: Mission) -> Iterator[Finding]:
     """In space motors can hold what gravity pulls, unless the scenario itself asks for that gravity."""
+    scenario = mission.scenario
     if scenario.axes != 3 or scenario.physics.gravity is not None:
         return
     pull = -gravity_of(scenario)[2]
     masses, limits = _each(scenario, "mass"), _each(scenario, "force_limit")
-    for robot, (kind, mass, limit) in enumerate(zip(kinds_of(scenario), masses, limits, strict=True)):
+    for robot, (kind, mass, limit) in enumerate(zip(mission.kinds, masses, limits, strict=True)):
         weight = (mass + kind.burden()) * pull
         if not kind.flies and not kind.driven and limit is not None and weight >= limit:
             yield Finding(

@@ -9,16 +9,16 @@ from escort_mj.behaviors.avoid_obstacles import HEARD
 from escort_mj.scenario.checks.knowledge import HEADLESS, whole_steps, whole_time
 from escort_mj.scenario.checks.mission import behaviors_of
 from escort_mj.scenario.findings import Finding, Path, key_path
-from escort_mj.scenario.geometry.placement import kinds_of, robot_count
-from escort_mj.scenario.schema.scenario import Scenario
+from escort_mj.scenario.mission import Mission
 from escort_mj.scenario.schema.sensing import NAMES, RAYS
 from escort_mj.sensors import Plain
 
 MAX_PAST = 64 * 2**20  # bytes that delays may keep
 
 
-def check_biases(scenario: Scenario) -> Iterator[Finding]:
+def check_biases(mission: Mission) -> Iterator[Finding]:
     """One number per axis."""
+    scenario = mission.scenario
     for name, sensor in zip(NAMES, scenario.sensing.channels, strict=True):
         if (
             isinstance(sensor, Plain)
@@ -31,9 +31,10 @@ def check_biases(scenario: Scenario) -> Iterator[Finding]:
             )
 
 
-def check_delays(scenario: Scenario) -> Iterator[Finding]:
+def check_delays(mission: Mission) -> Iterator[Finding]:
     """A whole number of steps, less than the run, and no more than memory holds."""
-    timestep, count = scenario.physics.timestep, robot_count(scenario)
+    scenario = mission.scenario
+    timestep, count = scenario.physics.timestep, mission.count
     for number, (name, sensor) in enumerate(zip(NAMES, scenario.sensing.channels, strict=True)):
         if not isinstance(sensor, Plain):
             continue
@@ -55,19 +56,21 @@ def check_delays(scenario: Scenario) -> Iterator[Finding]:
             yield from whole_time(scenario, path, sensor.delay)
 
 
-def check_headings(scenario: Scenario) -> Iterator[Finding]:
+def check_headings(mission: Mission) -> Iterator[Finding]:
     """Robots that measure their headings have one."""
-    if scenario.sensing.heading is None:
+    heading = mission.scenario.sensing.heading
+    if heading is None:
         return
-    for robot, kind in enumerate(kinds_of(scenario), 1):
+    for robot, kind in enumerate(mission.kinds, 1):
         if not kind.has_heading:
-            words = f"found {scenario.sensing.heading.sensor}; robot {robot} is a {kind.kind}, {HEADLESS}"
+            words = f"found {heading.sensor}; robot {robot} is a {kind.kind}, {HEADLESS}"
             yield Finding(("sensing", "heading"), words, related=(("robots",),))
             return
 
 
-def check_lidar(scenario: Scenario) -> Iterator[Finding]:
+def check_lidar(mission: Mission) -> Iterator[Finding]:
     """Rays have axes, scans are whole steps apart, and behaviors need no more than returns."""
+    scenario = mission.scenario
     lidar = scenario.sensing.lidar
     if lidar is None:
         return
@@ -91,8 +94,9 @@ def check_lidar(scenario: Scenario) -> Iterator[Finding]:
             )
 
 
-def check_sight(scenario: Scenario) -> Iterator[Finding]:
+def check_sight(mission: Mission) -> Iterator[Finding]:
     """Robots see what they are to avoid before it is too near: avoidance never meets a sudden intruder."""
+    scenario = mission.scenario
     sight = scenario.sensing.radius
     for path, avoid in behaviors_of(scenario):
         if not isinstance(avoid, AvoidObstacles):

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from escort_mj.errors import ScenarioError
 from escort_mj.scenario.checks.obstacles import check_drive, vectors_of_obstacles
 from escort_mj.scenario.findings import Finding, Path
-from escort_mj.scenario.geometry.obstacles import Body, obstacles_of
-from escort_mj.scenario.geometry.placement import Placement, team
-from escort_mj.scenario.geometry.trajectory import target_trajectory
+from escort_mj.scenario.geometry.obstacles import Body
+from escort_mj.scenario.geometry.placement import Placement
+from escort_mj.scenario.mission import Mission
 from escort_mj.scenario.schema.obstacle_tables import Motion
 from escort_mj.scenario.schema.scenario import Scenario
 
@@ -24,8 +24,9 @@ FARTHEST = 1e5  # m from its center that a placement allows
 MOST_OVERLAPS = 20  # reported at once
 
 
-def check_dimensions(scenario: Scenario) -> Iterator[Finding]:
+def check_dimensions(mission: Mission) -> Iterator[Finding]:
     """Every vector has one number per axis, and gravity pulls where there is physics of three axes."""
+    scenario = mission.scenario
     axes, target, robots = scenario.axes, scenario.target or Motion(), scenario.robots
     vectors: list[tuple[Path, Sequence[Any] | None]] = [
         (("target", "position"), target.position),
@@ -49,8 +50,9 @@ def check_dimensions(scenario: Scenario) -> Iterator[Finding]:
         )
 
 
-def check_body(scenario: Scenario) -> Iterator[Finding]:
+def check_body(mission: Mission) -> Iterator[Finding]:
     """A target that can be bumped has axes to be bumped along, and a drive that the timestep can follow."""
+    scenario = mission.scenario
     target = scenario.target
     if target is None or target.drive is None:
         return
@@ -62,8 +64,9 @@ def check_body(scenario: Scenario) -> Iterator[Finding]:
     yield from check_drive(scenario, target.drive, ("target", "body"))
 
 
-def check_around(scenario: Scenario) -> Iterator[Finding]:
+def check_around(mission: Mission) -> Iterator[Finding]:
     """Robots that are placed around the target by chance find themselves within what placement allows."""
+    scenario = mission.scenario
     if scenario.robots.positions is not None or scenario.robots.placement is not None:
         return
     radii: list[tuple[Path, float | None]] = [
@@ -77,27 +80,28 @@ def check_around(scenario: Scenario) -> Iterator[Finding]:
             yield Finding(path, words)
 
 
-def check_clearance(scenario: Scenario) -> Iterator[Finding]:
+def check_clearance(mission: Mission) -> Iterator[Finding]:
     """Nothing overlaps at the start, and there is room for robots that are placed at random."""
-    target = target_trajectory(scenario).position(0.0)
+    scenario = mission.scenario
+    target = mission.target.position(0.0)
     radius = -math.inf if scenario.target is None else scenario.target.radius
-    for body in obstacles_of(scenario):
+    for body in mission.obstacles:
         gap = float(body.gaps(target[np.newaxis])[0]) - radius
         if gap < 0.0:
             yield Finding(
                 (*body.path, "position"), f"{_the(body)}overlaps the target by {-gap:.3g} m at the start"
             )
     try:
-        robots = team(scenario)
+        robots = mission.team
     except ScenarioError as error:
         yield from (Finding(("robots", "placement"), fault.message) for fault in error.faults)
         return
-    yield from _overlaps(scenario, robots, np.linalg.norm(robots.position - target, axis=1) - radius)
+    yield from _overlaps(mission, robots, np.linalg.norm(robots.position - target, axis=1) - radius)
 
 
-def _overlaps(scenario: Scenario, robots: Placement, to_target: Array) -> Iterator[Finding]:
+def _overlaps(mission: Mission, robots: Placement, to_target: Array) -> Iterator[Finding]:
     """Pairs of which one is a robot and which overlap at the start, given their gaps to the target [m]."""
-    obstacles, count = obstacles_of(scenario), len(robots.radius)
+    obstacles, count = mission.obstacles, len(robots.radius)
     others = np.array([*(body.gaps(robots.position) for body in obstacles), to_target]).T
     reported = 0
     for robot in range(count):
@@ -111,7 +115,7 @@ def _overlaps(scenario: Scenario, robots: Placement, to_target: Array) -> Iterat
             mover, fixed = (other, robot) if other < count else (robot, other)
             bodies = (*(body.path for body in obstacles), ("target",))
             yield Finding(
-                _position_path(scenario, mover),
+                _position_path(mission.scenario, mover),
                 f"robot {mover + 1} overlaps {_body(obstacles, fixed, count)} "
                 f"by {-gap[place]:.3g} m at the start",
                 related=((*bodies[fixed - count], "position"),) if fixed >= count else (),

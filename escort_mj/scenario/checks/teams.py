@@ -13,9 +13,9 @@ from escort_mj.scenario.checks.mission import behaviors_of, laws_of
 from escort_mj.scenario.checks.motion import check_defined, check_order
 from escort_mj.scenario.checks.obstacles import check_drive
 from escort_mj.scenario.findings import Finding, Path, did_you_mean, listed, shown
-from escort_mj.scenario.geometry.placement import robot_count
 from escort_mj.scenario.geometry.teams import escort_of
 from escort_mj.scenario.geometry.trajectory import trajectory
+from escort_mj.scenario.mission import Mission
 from escort_mj.scenario.schema.scenario import Scenario
 from escort_mj.scenario.schema.teams import Circle, Demand, Escort, Team, TeamTarget
 
@@ -23,8 +23,9 @@ IN_SPACE = 3  # axes
 MOMENTS = 201  # at which targets are looked at
 
 
-def check_team_targets(scenario: Scenario) -> Iterator[Finding]:
+def check_team_targets(mission: Mission) -> Iterator[Finding]:
     """Teams have names of their own, and their targets have paths that the mission's axes have."""
+    scenario = mission.scenario
     names = [team.name for team in scenario.teams]
     for index, team in enumerate(scenario.teams):
         table: Path = ("teams", index)
@@ -70,8 +71,9 @@ def _check_times(
             yield Finding(where, words, late=f"it begins at {entry.after:g} s")
 
 
-def check_escorts(scenario: Scenario) -> Iterator[Finding]:
+def check_escorts(mission: Mission) -> Iterator[Finding]:
     """Each team has a target at every time."""
+    scenario = mission.scenario
     targets = [(team, target) for team in scenario.teams for target in team.targets]
     changes = {each.after for _, target in targets for each in target.escorted_by}
     for moment in sorted({0.0, *changes}):
@@ -85,11 +87,12 @@ def check_escorts(scenario: Scenario) -> Iterator[Finding]:
                 return
 
 
-def check_members(scenario: Scenario) -> Iterator[Finding]:
+def check_members(mission: Mission) -> Iterator[Finding]:
     """Each robot is in one team at the start, and teams never need more robots than there are."""
+    scenario = mission.scenario
     if not scenario.teams:
         return
-    count, found = robot_count(scenario), dict[int, str]()
+    count, found = mission.count, dict[int, str]()
     for index, team in enumerate(scenario.teams):
         for place, robot in enumerate(team.robots):
             path: Path = ("teams", index, "robots", place)
@@ -119,18 +122,19 @@ def _needed(team: Team, moment: float) -> int:
     return max([1, *[demand.robots for demand in team.demand if demand.after <= moment][-1:]])
 
 
-def check_laws(scenario: Scenario) -> Iterator[Finding]:
+def check_laws(mission: Mission) -> Iterator[Finding]:
     """Laws that differ between teams are among those that ship."""
-    if len(scenario.laws) == 1:
+    if len(mission.scenario.laws) == 1:
         return
-    for path, law in laws_of(scenario):
+    for path, law in laws_of(mission.scenario):
         if type(law) not in LAWS:
             words = f"found {law.law}, the law of a plugin; robots of other teams have other laws"
             yield Finding(path, f"{words}: expected one law for all")
 
 
-def check_one_team(scenario: Scenario) -> Iterator[Finding]:
+def check_one_team(mission: Mission) -> Iterator[Finding]:
     """Nothing of the mission needs all robots to be one team, with one target."""
+    scenario = mission.scenario
     if not scenario.teams:
         return
     teams: tuple[Path, ...] = (("teams",),)
@@ -161,11 +165,12 @@ def check_one_team(scenario: Scenario) -> Iterator[Finding]:
             yield Finding(("mission", "supervisor", index, "when", "quantity"), words, related=teams)
 
 
-def check_circles(scenario: Scenario) -> Iterator[Finding]:
+def check_circles(mission: Mission) -> Iterator[Finding]:
     """The circle of each team has its targets inside, as far as avoidance wants robots to stay off them.
 
     Of targets with a policy, the ways are not known before: those of their team are looked at at the start.
     """
+    scenario = mission.scenario
     targets = [(team, target) for team in scenario.teams for target in team.targets]
     changes = {each.after for _, target in targets for each in target.escorted_by}
     changes |= {each.after for team in scenario.teams for each in team.radii}
@@ -206,8 +211,9 @@ def _kept_off(scenario: Scenario, targets: Sequence[TeamTarget]) -> NDArray[np.f
     )
 
 
-def check_of_team(scenario: Scenario) -> Iterator[Finding]:
+def check_of_team(mission: Mission) -> Iterator[Finding]:
     """Phases and expectations name teams that exist, and what is of one team only names its team."""
+    scenario = mission.scenario
     names = [team.name for team in scenario.teams]
     for index, phase in enumerate(scenario.mission.supervisor):
         if phase.team is not None and phase.team not in names:

@@ -7,10 +7,7 @@ from collections.abc import Callable, Collection, Iterator
 
 from pydantic import BaseModel
 
-from escort_mj.behaviors import Headed, Surface
-from escort_mj.expectations.expectation import watches_of
 from escort_mj.numerics.steps import last_step
-from escort_mj.robots.modeled import ModeledKind
 from escort_mj.scenario.checks.disturbances import check_disturbances
 from escort_mj.scenario.checks.expectations import check_bounds, check_sides, check_told, check_windows
 from escort_mj.scenario.checks.failures import check_failures
@@ -66,20 +63,16 @@ from escort_mj.scenario.checks.teams import (
     check_team_targets,
 )
 from escort_mj.scenario.findings import Finding, Path
-from escort_mj.scenario.geometry.bodies import bodies_of
-from escort_mj.scenario.geometry.obstacles import obstacles_of
-from escort_mj.scenario.geometry.placement import coordinates_of, kinds_of, robot_count
+from escort_mj.scenario.mission import Mission
 from escort_mj.scenario.schema.scenario import Scenario, Target
-from escort_mj.scenario.schema.sensing import ray_count
-from escort_mj.sensing.sensors import readings_of
-from escort_mj.signals import channel_sizes, record_size, truth_sizes
 
 MAX_STEPS = 1e8  # beyond, time / timestep no longer tells steps apart
 MAX_TRACE = 4 * 2**30  # bytes
 
 
-def check_recording(scenario: Scenario) -> Iterator[Finding]:
-    """Samples are a whole number of steps apart, and steps and samples are few enough to be taken."""
+def check_recording(mission: Mission) -> Iterator[Finding]:
+    """Samples are a whole number of steps apart, and steps are few enough to be taken."""
+    scenario = mission.scenario
     timestep, rate, duration = scenario.physics.timestep, scenario.recording.rate, scenario.duration
     path: Path = ("recording", "rate")
     if last_step(duration, timestep) < 1 or duration / timestep > MAX_STEPS:
@@ -99,57 +92,23 @@ def check_recording(scenario: Scenario) -> Iterator[Finding]:
             f"number of steps, as with {' or '.join(f'{near:.9g}' for near in rates)}",
             related=(("physics", "timestep"),),
         )
-    size = trace_size(scenario)
+
+
+def check_size(mission: Mission) -> Iterator[Finding]:
+    """The trace, before it is compressed, is not too large."""
+    size = mission.trace_size
     if size > MAX_TRACE:
         yield Finding(
-            path,
+            ("recording", "rate"),
             f"found a trace of {size / 2**30:.3g} GiB; expected at most {MAX_TRACE / 2**30:g}: "
             "lower recording.rate or duration",
             related=(("duration",), ("robots", "count"), ("robots",)),
         )
 
 
-def trace_size(scenario: Scenario) -> float:
-    """How large the trace of a run will be, before it is compressed [byte]."""
-    count, axes = robot_count(scenario), scenario.axes
-    bodies = obstacles_of(scenario)
-    moving = sum(body.motion is not None for body in bodies) + (
-        scenario.target is not None and scenario.target.drive is not None
-    )
-    coordinates = coordinates_of(kinds_of(scenario), axes) + moving * axes
-    stacks = [scenario.mission.behaviors, *(phase.behaviors for phase in scenario.mission.supervisor)]
-    sizes = {
-        "robot": count,
-        "axis": axes,
-        "obstacle": len(bodies),
-        "behavior": len({behavior.behavior for stack in stacks for behavior in stack}),
-        "coordinate": coordinates,
-        "group": len(bodies_of(scenario).watched),
-    }
-    proven = len(scenario.laws) == 1 and scenario.laws[0].has_lyapunov
-    sizes |= truth_sizes(axes, scenario.recording.truth, proven)
-    headed = any(isinstance(behavior, Headed) for stack in stacks for behavior in stack)
-    communication = scenario.communication
-    slots = communication.senders(count).shape[1] if communication else 0
-    informed = scenario.knowledge is not None or communication is not None
-    lidar, driven = scenario.sensing.lidar, any(kind.driven for kind in kinds_of(scenario))
-    several = any(isinstance(kind, ModeledKind) for kind in kinds_of(scenario))
-    rays = ray_count(lidar, axes) if lidar is not None and lidar.record else 0
-    opponents, teams = sum(group.count for group in scenario.opponents), len(scenario.teams)
-    keeping = [*dict.fromkeys(scenario.laws), *scenario.uncertainty.disturbances]
-    memories = sum(len(type(each).memories()) for each in keeping)
-    resized = any(isinstance(each, Surface) and each.changes for stack in stacks for each in stack)
-    sizes |= channel_sizes(
-        driven, headed, informed, axes, slots, rays, opponents, teams, moving, several,
-        resized, len(watches_of(scenario.expect)), memories, len(readings_of(scenario.sensing.own, axes)),
-    )  # fmt: skip
-    samples = scenario.duration * scenario.recording.rate + 1.0
-    return 8.0 * record_size(sizes) * samples
-
-
 AROUND = ("obstacles", "walls", "clutter", "environment", "opponents", "teams")
 CLUTTERED = ("axes", "seed", "duration", "target", "robots")  # what clutter is drawn by, beside those
-Check = Callable[[Scenario], Iterator[Finding]]
+Check = Callable[[Mission], Iterator[Finding]]
 
 # Which parts of a scenario each check looks at: a check waits until those are right by themselves.
 SHAPES: tuple[tuple[Check, tuple[str, ...]], ...] = (
@@ -173,7 +132,7 @@ SHAPES: tuple[tuple[Check, tuple[str, ...]], ...] = (
 )
 ROOM: tuple[tuple[Check, tuple[str, ...]], ...] = ((check_clutter, AROUND),)
 RELATIONS: tuple[tuple[Check, tuple[str, ...]], ...] = (
-    (check_recording, ("duration", "physics", "recording", "robots", "axes", "mission", *AROUND)),
+    (check_recording, ("duration", "physics", "recording")),
     (check_bounds, ("expect",)),
     (check_windows, ("expect", "duration", "physics")),
     (
@@ -217,6 +176,9 @@ RELATIONS: tuple[tuple[Check, tuple[str, ...]], ...] = (
 )
 
 
+WHOLE: tuple[tuple[Check, tuple[str, ...]], ...] = ((check_size, tuple(Scenario.model_fields)),)
+
+
 def findings_between_keys(scenario: Scenario, wrong: Collection[str] = ()) -> list[Finding]:
     """Everything wrong between the keys of a scenario.
 
@@ -225,12 +187,13 @@ def findings_between_keys(scenario: Scenario, wrong: Collection[str] = ()) -> li
         wrong: Top-level keys that are known to be wrong and hold defaults; checks of them are left out.
     """
     found: list[Finding] = []
-    for checks in (SHAPES, ROOM, RELATIONS):
+    for checks in (SHAPES, ROOM, RELATIONS, WHOLE):
         parts = {*wrong, *(str(finding.path[0]) for finding in found)}
         if "target" in parts:  # what is around starts from where it is, whatever a check looks at
             scenario = BaseModel.model_copy(scenario, update={"target": Target()})  # Scenario's own checks it
+        mission = Mission(scenario)
         for check, needs in checks:
             around = "clutter" in needs and scenario.clutter is not None
             if parts.isdisjoint(needs) and not (around and parts.intersection(CLUTTERED)):
-                found += check(scenario)
+                found += check(mission)
     return found

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -111,6 +112,7 @@ def robot_count(scenario: Scenario) -> int:
     return DEFAULT_COUNT.get(scenario.axes, 2 * scenario.axes)
 
 
+@lru_cache(maxsize=16)
 def team(scenario: Scenario) -> Placement:
     """The robots of a scenario; random positions come from its seed, the same on every machine.
 
@@ -142,6 +144,8 @@ def team(scenario: Scenario) -> Placement:
     velocity = np.zeros((count, scenario.axes))
     if robots.velocities is not None:
         velocity[:] = robots.velocities
+    for array in (position, velocity, mass, radius, force_limit, *gains):
+        array.setflags(write=False)
     return Placement(position, velocity, mass, radius, force_limit, kinds, tuple(actuators), gains)
 
 

@@ -61,6 +61,7 @@ def test_everything_wrong_at_once_in_the_order_of_the_file():
         ["2:9", "video.witdh"],
         ["3:16", "robots.mass"],
         ["3:26", "robots.kind"],
+        ["4:19", "recording.rate"],
         ["5:10", "expect[0]"],
         ["6:20", "target.position"],
     ]

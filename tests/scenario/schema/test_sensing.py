@@ -3,13 +3,13 @@
 import numpy as np
 
 from escort_mj.scenario import parse_scenario
-from escort_mj.scenario.setup import controller_setup
+from escort_mj.scenario.mission import Mission
 from escort_mj.sensing.sensors import Channel, Sensors
 
 
 def sensors_of(text: str, *overrides: str) -> Sensors:
     """What the controller is told."""
-    return controller_setup(parse_scenario(text, "s", overrides)).sensing
+    return Mission(parse_scenario(text, "s", overrides)).setup.sensing
 
 
 def test_nothing_said_is_nothing_wrong() -> None:

@@ -10,12 +10,11 @@ import pytest
 
 from escort_mj.errors import MujocoError, ScenarioError
 from escort_mj.memory.packing import pack
+from escort_mj.memory.sampling import Sampling
 from escort_mj.mjcf import section
-from escort_mj.monitor.sampling import samples_kept
 from escort_mj.scenario import parse_scenario
 from escort_mj.scenario.geometry.bodies import obstacle_names
 from escort_mj.scenario.schema.scenario import Scenario
-from escort_mj.signals import record_size, truth_sizes
 from escort_mj.world.callback import native_loop
 from escort_mj.world.loop.addresses import behind, geom_bodies, thickness, unpack_addresses
 from escort_mj.world.model.build import World, build
@@ -58,7 +57,7 @@ def test_names_and_counts(keys: dict) -> None:
         "coordinate": n * p,
         "group": 4,
     }
-    assert world.sizes == of_record | truth_sizes(p, truth=False, lyapunov=True)
+    assert world.sizes == of_record
     bodies = [name_of(m, mujoco.mjtObj.mjOBJ_BODY, i) for i in range(1, m.nbody)]
     assert bodies == [f"robot_{i + 1}" for i in range(n)] + obstacle_names(scenario) + ["target"]
     joints = [name_of(m, mujoco.mjtObj.mjOBJ_JOINT, i) for i in range(m.njnt)]
@@ -323,11 +322,9 @@ def test_the_exported_model_is_the_same_world(keys: dict, compiled) -> None:
 
 def plan_of(world: World) -> np.ndarray:
     """The plan that a world without the truth channel carries."""
-    record = record_size(world.sizes)
-    samples = samples_kept(record), record
-    return pack(
-        world.setup, world.schedule.stride, world.sizes["coordinate"], False, 4, world.bodies.columns, samples
-    )
+    coordinates, columns = world.sizes["coordinate"], world.bodies.columns
+    sampling = Sampling(world.schedule.stride, kept=True, coordinates=coordinates, groups=4, columns=columns)
+    return pack(world.setup, sampling)
 
 
 def test_many_robots() -> None:
