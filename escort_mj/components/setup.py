@@ -293,8 +293,8 @@ class MissionSetup:
         return self._memory[1]
 
     def memory_start(self, law: Any) -> int:
-        """Return the row at which the memory of a law begins."""
-        return self._memory[0][law]
+        """Return the row at which the memory of a law begins; -1 if it has none."""
+        return self._memory[0][law] if law.memories() else -1
 
     def undisturbed(self) -> Self:
         """Return it without disturbances."""

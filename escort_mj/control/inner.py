@@ -39,7 +39,7 @@ class InnerLoopParameters(Fields):
     force_limits: Annotated[Array, "n", "p", Value("N", "force_limit, axis by axis")]
     team_law: Annotated[Array, "laws", Value("1", "law of each team; none where all have the same")]
     team_law_place: Annotated[Array, "laws", Value("1", "where its numbers begin in `parameters`")]
-    team_law_row: Annotated[Array, "laws", Value("1", "where its own memory begins")]
+    team_law_row: Annotated[Array, "laws", Value("1", "where its own memory begins; -1 for none")]
     team_law_rows: Annotated[Array, "laws", Value("1", "how many rows it has")]
     team_slope: Annotated[Array, "laws", Value("1/s", "its slope")]
     team_filter: Annotated[Array, "laws", Value("s", "its acceleration_filter")]

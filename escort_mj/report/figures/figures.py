@@ -12,7 +12,17 @@ from matplotlib.figure import Figure
 from escort_mj.errors import RenderError
 from escort_mj.record.folder import FIGURES, StoredRun, read_run
 from escort_mj.record.recording import LOG, Recorded, is_log, not_logged
-from escort_mj.report.figures import dominance, gap, knowledge, nearness, paths, tasks, timelines, truth
+from escort_mj.report.figures import (
+    dominance,
+    gap,
+    knowledge,
+    memory,
+    nearness,
+    paths,
+    tasks,
+    timelines,
+    truth,
+)
 from escort_mj.report.figures.drawing.look import USUAL, Look, check_formats
 from escort_mj.report.figures.drawing.style import canvas_of, figure, png_of
 
@@ -70,6 +80,13 @@ PLOTS: tuple[Plot, ...] = (
         truth.truth_height,
         truth.truth,
         lambda trace: "mass_matrix" in trace,
+    ),
+    Plot(
+        "memory",
+        "what components integrate of their own",
+        memory.memory_height,
+        memory.memory,
+        lambda trace: "component_memory" in trace,
     ),
     Plot(
         "knowledge",

@@ -1,0 +1,71 @@
+"""The figure of what components integrate of their own, beside the truth that it estimates."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from numpy.typing import NDArray
+
+from escort_mj import palette
+from escort_mj.record.recording import Recorded
+from escort_mj.report.figures.drawing.curves import curve_keys, draw_curves, thin, timeline
+from escort_mj.report.figures.drawing.style import Key, name_robots
+
+Array = NDArray[np.float64]
+
+BEHIND: Any = {"linewidth": 4.0, "alpha": 0.35, "zorder": 1.9}
+MOST_AXES = 3
+MOST_ROWS = 8
+
+
+def memory_height(trace: Recorded, width: float) -> float:
+    """Height of the figure [inches]."""
+    return 1.1 + 1.9 * min(trace.sizes["memory"], MOST_ROWS)
+
+
+def memory(figure: Figure, trace: Recorded) -> None:
+    """One row of panels for each number, one panel for each axis: of all robots, beside the truth."""
+    time, count = trace["time"].values, trace.sizes["robot"]
+    colors = palette.robot_colors(count)
+    names = [str(name) for name in trace["memory"].values[:MOST_ROWS]]
+    axes = min(trace.sizes["axis"], MOST_AXES)
+    grid = figure.subplots(len(names), axes, sharex=True, sharey="row", squeeze=False)
+    compared = False
+    for row, name in enumerate(names):
+        own = trace["component_memory"].values[:, row]
+        true = truth_of(trace, row)
+        for k in range(axes):
+            panel = grid[row, k]
+            draw_curves(panel, time, own[..., k], colors)
+            if true is not None:
+                compared = True
+                _behind(panel, time, trace[true].values[..., k], colors)
+            panel.set_title(f"{name}, {trace['axis'].values[k]}")
+        grid[row, 0].set_ylabel(str(trace["memory_unit"].values[row]))
+    timeline(grid.ravel(), time)
+    for panel in grid[-1]:
+        panel.set_xlabel("time [s]")
+    pale: Any = Line2D([], [], color="#777777", **BEHIND)
+    keys: list[Key] = [("what it estimates", pale)] if compared else []
+    name_robots(figure, grid.ravel(), count, keys + curve_keys(count, ""))
+
+
+def _behind(panel: Axes, time: Array, values: Array, colors: list[palette.Color]) -> None:
+    """Draw a broad pale curve per robot behind its own; of a crowd the median."""
+    if len(colors) > palette.MOST_LINES:
+        values, colors = np.median(values, axis=1, keepdims=True), [palette.LIMIT]
+    for column, color in enumerate(colors):
+        panel.plot(*thin(time, values[:, column]), color=color, **BEHIND)
+
+
+def truth_of(trace: Recorded, row: int) -> str | None:
+    """Return the signal that a row of memory estimates, if its unit and shape are those of the row."""
+    name = str(trace["memory_truth"].values[row])
+    if name not in trace or trace[name].dims != ("time", "robot", "axis"):
+        return None
+    same = str(trace[name].attrs["units"]) == str(trace["memory_unit"].values[row])
+    return name if same and bool(np.isfinite(trace[name].values).all()) else None
