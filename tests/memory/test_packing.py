@@ -19,6 +19,7 @@ GIVEN_APART = {
         "disturbance_place",
         "radio_place",
         "own_sensor_place",
+        "trigger_place",
     ),  # blocks of components, one behind the other
     *(
         "code",
