@@ -1,19 +1,33 @@
 """What ships is held to what is asked of a plugin."""
 
 import json
+from collections.abc import Iterable
 from typing import Any
 
 import pytest
 
 from escort_mj.conformance import records
-from escort_mj.conformance.estimators import check_estimator
-from escort_mj.estimators import CovarianceIntersection, Estimator, Predict
+from escort_mj.conformance.checking import CHECKS, Checks
+from escort_mj.conformance.missions import check_missions
+from escort_mj.conformance.repeats import check_calls
+from escort_mj.conformance.stand import CheckResult
+from escort_mj.disturbances import DISTURBANCES, Disturbance, Expressions
+from escort_mj.estimators import ESTIMATORS, Predict
 from escort_mj.expectations import EXPECTATIONS
+from escort_mj.laws import LAWS, Law
 from escort_mj.metrics import METRICS
 from escort_mj.metrics.metric import Metric
+from escort_mj.policies import POLICIES
+from escort_mj.policies.straight import Straight
+from escort_mj.radios import RADIOS, Periodic, Radio
+from escort_mj.radios.time_slots import TimeSlots
+from escort_mj.robots import KINDS
+from escort_mj.robots.modeled import ModeledKind
+from escort_mj.robots.surface_vessel import SurfaceVessel
 from escort_mj.scenario.reader.load import parse_scenario
 from escort_mj.scenario.reader.plugin_shape import check_metric
 from escort_mj.scenario.schema.scenario import Scenario
+from escort_mj.sensors import SENSORS, Plain, Sensor
 
 
 @pytest.mark.parametrize("metric", METRICS, ids=lambda metric: metric.name)
@@ -22,9 +36,50 @@ def test_every_metric_is_what_a_plugins_has_to_be(compiled: None, metric: Metric
     assert not [row for row in records.try_metric(metric, Scenario) if not row.held]
 
 
-@pytest.mark.parametrize("kind", [CovarianceIntersection, Predict], ids=lambda kind: kind.__name__)
-def test_every_estimator_is_what_a_plugins_has_to_be(compiled: None, kind: type[Estimator]) -> None:
-    assert not [row for row in check_estimator(kind, Scenario) if not row.held]
+SHIPPED: tuple[type[Any], ...] = (
+    *(*LAWS, *DISTURBANCES, *SENSORS, *RADIOS, *POLICIES, *ESTIMATORS),
+    *KINDS,
+)
+NO_EQUATIONS = (Expressions, Plain)  # the loop has them beside others of their kinds
+NEED_FILES = tuple(
+    kind for kind in KINDS if issubclass(kind, ModeledKind)
+)  # tests/robots and tests/world/model hold what comes of these
+CHECKED = [each for each in SHIPPED if each not in (*NO_EQUATIONS, *NEED_FILES)]
+LONG = (Periodic, TimeSlots, *POLICIES, *ESTIMATORS, SurfaceVessel)  # a second or more each
+SHORT = [each for each in CHECKED if each not in LONG or each in (Predict, Straight)]
+EQUATED = [each for each in CHECKED if issubclass(each, Law | Disturbance | Sensor | Radio)]
+
+
+def faults(member: type[Any], checks: Iterable[Checks]) -> list[CheckResult]:
+    """What a component that ships does not hold of what a plugin's has to."""
+    return [row for check in checks for row in check(member, Scenario) if not row.held]
+
+
+def checks_of(member: type[Any]) -> tuple[Checks, ...]:
+    return next(found for base, found in CHECKS.items() if issubclass(member, base))
+
+
+def name_of(member: type[Any]) -> str:
+    return member.__name__
+
+
+@pytest.mark.parametrize("member", SHORT, ids=name_of)
+def test_what_ships_is_what_a_plugins_has_to_be(compiled: None, member: type[Any]) -> None:
+    assert not faults(member, (check for check in checks_of(member) if check is not check_missions))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("member", CHECKED, ids=name_of)
+def test_what_ships_is_so_in_missions_too(member: type[Any]) -> None:
+    assert not faults(member, checks_of(member))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("member", EQUATED, ids=name_of)
+def test_compiled_as_a_plugin_is_it_agrees_with_itself(member: type[Any]) -> None:
+    made = type(member.__name__, (member,), {"compiled": True, "__module__": member.__module__})
+    rows = list(check_calls(made, Scenario))
+    assert "forms agree" in {row.name for row in rows} and not [row for row in rows if not row.held]
 
 
 EXAMPLES: tuple[dict[str, Any], ...] = (
