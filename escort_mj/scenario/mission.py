@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -172,3 +172,9 @@ class Mission:
         """How large the trace of a run will be, before it is compressed [byte]."""
         several = [isinstance(kind, ModeledKind) for kind in self.kinds]
         return 8.0 * record_size(self.record_sizes(self.sampling(several))) * self.schedule.count
+
+
+@lru_cache(maxsize=16)  # who checks a scenario often builds its world
+def mission_of(scenario: Scenario) -> Mission:
+    """Return the mission of a scenario as it stands."""
+    return Mission(scenario)

@@ -7,7 +7,7 @@ import math
 from escort_mj.behaviors import AvoidObstacles, Surface
 from escort_mj.scenario.checks.mission import behaviors_of
 from escort_mj.scenario.checks.passage import narrowest_door
-from escort_mj.scenario.mission import Mission
+from escort_mj.scenario.mission import Mission, mission_of
 from escort_mj.scenario.schema.scenario import Scenario
 from escort_mj.scenario.schema.sensing import ray_count
 from escort_mj.sensing.lidar import widest_gap
@@ -17,7 +17,7 @@ LARGE_TRACE = 100e6  # bytes from which on its size is told beforehand
 
 def notes(scenario: Scenario) -> list[str]:
     """Return all that there is to say."""
-    mission = Mission(scenario)
+    mission = mission_of(scenario)
     return [note for note in (trace_note(mission), passage_note(mission), lidar_note(mission)) if note]
 
 

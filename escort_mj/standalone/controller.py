@@ -23,7 +23,7 @@ from escort_mj.scenario.arguments import (
     whole_number,
 )
 from escort_mj.scenario.findings import shown
-from escort_mj.scenario.mission import Mission
+from escort_mj.scenario.mission import mission_of
 from escort_mj.scenario.reader.overrides import Overrides
 from escort_mj.scenario.reader.shipped import load_scenario
 from escort_mj.scenario.schema.scenario import Scenario
@@ -121,7 +121,7 @@ class Controller:
             "limits": limits,
         }
         self.limits = limits
-        self._mission = Mission(scenario)
+        self._mission = mission_of(scenario)
         robots = self._mission.team
         self.timestep = scenario.physics.timestep
         self.count, self.axes = robots.position.shape

@@ -21,7 +21,6 @@ from escort_mj.record.outcome import Outcome
 from escort_mj.record.recording import Recorded, record, sealed
 from escort_mj.report.video.replay import Replay, replay_of
 from escort_mj.report.video.solids import load_model
-from escort_mj.scenario.geometry.bodies import obstacle_names
 from escort_mj.scenario.schema.scenario import Scenario
 from escort_mj.signals import TIME
 from escort_mj.world.labels import labels_of
@@ -181,7 +180,7 @@ class Live:
         self.verdicts: list[Verdict] = []
         self.ending, self.well = "", True
         fixed = [k for k, obstacle in enumerate(scenario.obstacles) if obstacle.motion is None]
-        names = obstacle_names(scenario)
+        names = [body.name for body in world.mission.obstacles]
         self._obstacles = {names[k]: k for k in fixed} if scenario.axes <= IN_SPACE else {}
 
     @property

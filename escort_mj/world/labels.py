@@ -15,7 +15,6 @@ from escort_mj.control.setup import Setup
 from escort_mj.native.levels import level
 from escort_mj.native.shipped import numba_version
 from escort_mj.record.revision import git_revision
-from escort_mj.scenario.geometry.bodies import obstacle_names
 from escort_mj.scenario.geometry.crowd import contact_physics
 from escort_mj.scenario.geometry.shapes import outline
 from escort_mj.scenario.mission import Mission
@@ -40,6 +39,7 @@ def _outlines(mission: Mission) -> list[list[list[float]]]:
 
 def labels_of(scenario: Scenario, world: World) -> dict[str, Any]:
     """What the trace says of the mission beside its signals."""
+    obstacles = [body.name for body in world.mission.obstacles]
     setup, memories = world.setup, world.setup.memory
     readings = readings_of(setup.sensing.own, setup.axes)
     (neighbors, spacing), lidar = setup.edges, setup.sensing.lidar
@@ -52,7 +52,7 @@ def labels_of(scenario: Scenario, world: World) -> dict[str, Any]:
         "body_shapes": world.shapes,
         "body_thickness": world.thickness.tolist(),
         "groups": world.bodies.watched,
-        "obstacles": obstacle_names(scenario),
+        "obstacles": obstacles,
         "behaviors": setup.kinds,
         "robot_mass": world.team.mass.tolist(),
         "robot_radius": setup.robot_radius.tolist(),
@@ -71,10 +71,7 @@ def labels_of(scenario: Scenario, world: World) -> dict[str, Any]:
         "memory_truths": [memory.truth for memory in memories.values()],
         "readings": [*readings],
         "reading_units": [*readings.values()],
-        "movers": [
-            "target" if mover.obstacle < 0 else obstacle_names(scenario)[mover.obstacle]
-            for mover in setup.movers
-        ],
+        "movers": ["target" if mover.obstacle < 0 else obstacles[mover.obstacle] for mover in setup.movers],
         "attributes": {
             "title": scenario.name,
             "description": scenario.description,

@@ -3,36 +3,13 @@
 from itertools import combinations
 
 from escort_mj.memory.layout import Plan
+from escort_mj.memory.packing import _components, _functions
 from escort_mj.native.fields import Fields, declared
 from escort_mj.scenario.mission import Mission
 from escort_mj.scenario.schema.scenario import Scenario
 
 GIVEN_APART = {
     *("step_stretches", "distances_asked"),  # by what expectations ask
-    *(
-        "parameters",
-        "outer_place",
-        "estimator_place",
-        "level_place",
-        "mover_place",
-        "team_law_place",
-        "disturbance_place",
-        "radio_place",
-        "own_sensor_place",
-        "trigger_place",
-    ),  # blocks of components, one behind the other
-    *(
-        "code",
-        "segments",
-        "lines",
-        "tones",
-        "waves",
-        "target",
-        "disturbance",
-        "mover_paths",
-        "formation_frames",
-        "radius_functions",
-    ),  # functions of time
     *("stride", "extra", "stretches", "truth", "lyapunov"),  # the record
     *("watched_group", "watched_alone", "watched_radius", "exact_within"),
 }
@@ -45,4 +22,5 @@ def test_components_give_the_values_of_their_own_parameters() -> None:
         assert names <= set(declared(owner)), owner
     for one, other in combinations(given.values(), 2):
         assert not one & other
-    assert set().union(*given.values()) == set(declared(Plan)) - GIVEN_APART
+    given_together = GIVEN_APART | set(_components(setup)) | set(_functions(setup))
+    assert set().union(*given.values()) == set(declared(Plan)) - given_together

@@ -63,7 +63,7 @@ from escort_mj.scenario.checks.teams import (
     check_team_targets,
 )
 from escort_mj.scenario.findings import Finding, Path
-from escort_mj.scenario.mission import Mission
+from escort_mj.scenario.mission import Mission, mission_of
 from escort_mj.scenario.schema.scenario import Scenario, Target
 
 MAX_STEPS = 1e8  # beyond, time / timestep no longer tells steps apart
@@ -191,7 +191,7 @@ def findings_between_keys(scenario: Scenario, wrong: Collection[str] = ()) -> li
         parts = {*wrong, *(str(finding.path[0]) for finding in found)}
         if "target" in parts:  # what is around starts from where it is, whatever a check looks at
             scenario = BaseModel.model_copy(scenario, update={"target": Target()})  # Scenario's own checks it
-        mission = Mission(scenario)
+        mission = mission_of(scenario)
         for check, needs in checks:
             around = "clutter" in needs and scenario.clutter is not None
             if parts.isdisjoint(needs) and not (around and parts.intersection(CLUTTERED)):

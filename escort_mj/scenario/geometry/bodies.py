@@ -42,11 +42,6 @@ class Bodies(NamedTuple):
         ]
 
 
-def obstacle_names(scenario: Scenario) -> list[str]:
-    """Names of the obstacles, given or numbered."""
-    return [body.name for body in obstacles_of(scenario)]
-
-
 def bodies_of(scenario: Scenario) -> Bodies:
     """The bodies of a scenario."""
     robots, obstacles = robot_count(scenario), obstacles_of(scenario)

@@ -24,7 +24,7 @@ from escort_mj.scenario.geometry.obstacles import Body
 from escort_mj.scenario.geometry.placement import Placement, gravity_of
 from escort_mj.scenario.geometry.shapes import extent
 from escort_mj.scenario.geometry.steps import Schedule
-from escort_mj.scenario.mission import Mission
+from escort_mj.scenario.mission import Mission, mission_of
 from escort_mj.scenario.schema.scenario import Scenario
 from escort_mj.signals import record_size
 from escort_mj.world.loop.addresses import faces_of, thickness
@@ -118,7 +118,7 @@ def build(mission: Mission | Scenario) -> World:
         mission: Worked out, or a checked scenario as it stands.
     """
     if isinstance(mission, Scenario):
-        mission = Mission(mission)
+        mission = mission_of(mission)
     scenario, robots, stages = mission.scenario, mission.team, _stages(mission)
     tree = new_root("arena", "mission")
     _set_physics(tree, scenario)

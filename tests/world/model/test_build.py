@@ -13,7 +13,6 @@ from escort_mj.memory.packing import pack
 from escort_mj.memory.sampling import Sampling
 from escort_mj.mjcf import section
 from escort_mj.scenario import parse_scenario
-from escort_mj.scenario.geometry.bodies import obstacle_names
 from escort_mj.scenario.schema.scenario import Scenario
 from escort_mj.world.callback import native_loop
 from escort_mj.world.loop.addresses import behind, geom_bodies, thickness, unpack_addresses
@@ -59,7 +58,8 @@ def test_names_and_counts(keys: dict) -> None:
     }
     assert world.sizes == of_record
     bodies = [name_of(m, mujoco.mjtObj.mjOBJ_BODY, i) for i in range(1, m.nbody)]
-    assert bodies == [f"robot_{i + 1}" for i in range(n)] + obstacle_names(scenario) + ["target"]
+    obstacles = [body.name for body in world.mission.obstacles]
+    assert bodies == [f"robot_{i + 1}" for i in range(n)] + obstacles + ["target"]
     joints = [name_of(m, mujoco.mjtObj.mjOBJ_JOINT, i) for i in range(m.njnt)]
     motors = [name_of(m, mujoco.mjtObj.mjOBJ_ACTUATOR, i) for i in range(m.nu)]
     assert joints == motors == [f"robot_{i + 1}_{axis}" for i in range(n) for axis in axes]
@@ -78,9 +78,9 @@ def test_numbers_of_the_scenario(keys: dict) -> None:
         assert body.mass[0] == scenario.robots.mass
         assert m.geom(f"robot_{i + 1}_body").size[0] == scenario.robots.radius
     assert m.geom("target_body").size[0] == scenario.target.radius
-    for name, obstacle in zip(obstacle_names(scenario), scenario.obstacles, strict=True):
-        assert m.geom(f"{name}_body").size[0] == (obstacle.radius or 0.5)
-        assert m.body(name).pos[:p].tolist() == list(obstacle.position)
+    for body, obstacle in zip(world.mission.obstacles, scenario.obstacles, strict=True):
+        assert m.geom(f"{body.name}_body").size[0] == (obstacle.radius or 0.5)
+        assert m.body(body.name).pos[:p].tolist() == list(obstacle.position)
     limit = scenario.robots.force_limit
     assert np.array_equal(m.actuator_forcerange, np.tile([-limit, limit], (n * p, 1)))
     assert m.actuator_forcelimited.all() and not m.actuator_ctrllimited.any()
