@@ -107,10 +107,9 @@ def _kernel_of(sensor: type[Sensor]) -> Callable[..., Any]:
     return on_demand(reachable(ask, f"ask_{sensor.model_fields['sensor'].default}"))
 
 
+@inlined
 def _nothing(s: int, question: int, plan: Plan, state: State) -> None:
-    """Stand for the plain sensor, which has a kernel of its own."""
+    """Stand for a sensor that has a kernel of its own."""
 
 
-_ask = one_of(
-    [*(_kernel_of(each) if each.equated() else inlined(_nothing) for each in SENSORS), custom_sensor]
-)
+_ask = one_of([*(_kernel_of(each) if each.equated() else _nothing for each in SENSORS), custom_sensor])

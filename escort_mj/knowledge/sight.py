@@ -110,8 +110,8 @@ def variances(sight: Sight, setup: MissionSetup) -> tuple[tuple[float, ...], flo
         squared distance.
     """
     own, place, rate = (
-        channel.variance(setup.axes)
-        for channel in (setup.sensing.position, setup.sensing.target_position, setup.sensing.target_velocity)
+        sensor.variance(setup.axes)
+        for sensor in (setup.sensing.position, setup.sensing.target_position, setup.sensing.target_velocity)
     )
     found = tuple(
         NOT_MEASURED if noise < 0.0 else noise * noise + more

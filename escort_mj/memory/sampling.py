@@ -47,7 +47,7 @@ def signal_dimensions(setup: Setup, sampling: Sampling) -> dict[str, int]:
     """Return the sizes of the dimensions of signals in memory; 0 for signals that a mission does not have."""
     n, m, lidar = setup.count, len(setup.obstacle_radius), setup.sensing.lidar
     slots = setup.radio.senders(n).shape[1] if setup.radio is not None else 0
-    rays = len(lidar.rays) if lidar is not None and lidar.recorded else 0
+    rays = lidar.count(setup.axes) if lidar is not None and lidar.record else 0
     return {
         "n": n,
         "p": setup.axes,

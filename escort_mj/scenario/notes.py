@@ -9,7 +9,6 @@ from escort_mj.scenario.checks.mission import behaviors_of
 from escort_mj.scenario.checks.passage import narrowest_door
 from escort_mj.scenario.mission import Mission, mission_of
 from escort_mj.scenario.schema.scenario import Scenario
-from escort_mj.scenario.schema.sensing import ray_count
 from escort_mj.sensing.lidar import widest_gap
 
 LARGE_TRACE = 100e6  # bytes from which on its size is told beforehand
@@ -62,7 +61,7 @@ def lidar_note(mission: Mission) -> str:
     if lidar is None:
         return ""
     margin = AvoidObstacles.margin([one for _, one in behaviors_of(scenario)], scenario.robots.largest_radius)
-    gap = 2.0 * margin * math.sin(0.5 * widest_gap(ray_count(lidar, axes), axes))
+    gap = 2.0 * margin * math.sin(0.5 * widest_gap(lidar.count(axes), axes))
     for body in mission.obstacles:
         low, high = body.corners(axes)
         if (width := float((high - low).max())) < gap:

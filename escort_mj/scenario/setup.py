@@ -74,9 +74,7 @@ def controller_setup(
         force_limit=robots.force_limit,
         mass=robots.mass,
         target_radius=scenario.target.radius if scenario.target is not None else None,
-        sensing=sensors(
-            scenario.sensing, scenario.physics.timestep, scenario.seed, len(robots.mass), scenario.axes
-        ),
+        sensing=sensors(scenario.sensing),
         target=target,
         **_knowledge(scenario, len(robots.mass)),
         disturbance=disturbance_trajectory(scenario),

@@ -8,57 +8,37 @@ obstacle until the next scan. What no ray meets it does not know of.
 from __future__ import annotations
 
 import math
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, Any
 
 import numpy as np
 
+from escort_mj.components.component import block_at, reader
 from escort_mj.components.rays import stretch_in
 from escort_mj.components.setup import MissionSetup
 from escort_mj.native.fields import Array, Fields, Recorded, Value
 from escort_mj.native.on_demand import on_demand
 from escort_mj.numerics.gaussian import LIDAR, normals
 from escort_mj.plan import Plan, State
+from escort_mj.sensors import Lidar
 
 FAR = 1e7  # on each axis, for what no ray meets [m]
 NOTHING = -1.0
 
 
-class LidarSensor(NamedTuple):
-    """A lidar, the same on each robot.
-
-    Attributes:
-        rays: Unit vectors along the world's axes, shape (k, p).
-        reach: Distance from a robot's center up to which rays return [m].
-        every: Physics steps between two scans.
-        noise: Standard deviation of distances [m].
-        recorded: Whether traces have the distances.
-    """
-
-    rays: Array
-    reach: float
-    every: int = 1
-    noise: float = 0.0
-    recorded: bool = False
-
-
 class LidarParameters(Fields):
-    """The lidar of each robot; no rays where there is none."""
+    """The lidar of each robot; no rays where there is none. What else it is, `Lidar` says."""
 
     lidar_rays: Annotated[Array, "rays", "p", Value("1", "unit vectors along the rays")]
-    lidar_reach: Annotated[float, Value("m", "distance from a center up to which rays return")]
-    lidar_every: Annotated[int, Value("1", "physics steps between two scans")]
-    lidar_noise: Annotated[float, Value("m", "standard deviation of distances")]
+    lidar_place: Annotated[int, Value("1", "where its block in `parameters` begins")]
 
     @classmethod
     def packed(cls, setup: MissionSetup) -> dict[str, Any]:
         """Return the values of the fields for a mission."""
-        lidar = setup.sensing.lidar or LidarSensor(np.zeros((0, setup.axes)), 0.0)
-        return {
-            "lidar_rays": lidar.rays,
-            "lidar_reach": lidar.reach,
-            "lidar_every": lidar.every,
-            "lidar_noise": lidar.noise,
-        }
+        lidar = setup.sensing.lidar
+        return {"lidar_rays": lidar.directions(setup.axes) if lidar else np.zeros((0, setup.axes))}
+
+
+read_lidar = reader(Lidar)
 
 
 class LidarSignals(Fields):
@@ -82,17 +62,6 @@ class LidarState(Fields):
     ray_error: Annotated[Array, "rays", Value("1", "normal numbers")]
 
 
-def even_rays(count: int, axes: int) -> Array:
-    """Return unit vectors evenly around in the plane, or in a golden spiral over the sphere, shape (k, p)."""
-    number: Array = np.arange(count, dtype=float)
-    if axes == 2:
-        turn = 2.0 * np.pi * number / count
-        return np.column_stack([np.cos(turn), np.sin(turn)])
-    height, turn = 1.0 - (2.0 * number + 1.0) / count, np.pi * (3.0 - math.sqrt(5.0)) * number
-    across = np.sqrt(1.0 - height * height)
-    return np.column_stack([across * np.cos(turn), across * np.sin(turn), height])
-
-
 def widest_gap(count: int, axes: int) -> float:
     """Return the greatest angle of a cone between so many rays that none is in [rad]."""
     return 2.0 * math.pi / count if axes == 2 else 1.5 * math.sqrt(4.0 * math.pi / count)
@@ -101,13 +70,14 @@ def widest_gap(count: int, axes: int) -> float:
 @on_demand
 def scan(plan: Plan, state: State) -> None:
     """Scan from all robots, if that is due: `lidar_point`."""
-    step = int(state.step[0])
-    if step % plan.lidar_every != 0 and state.evaluated[0] > 0.0:
+    step, lidar = int(state.step[0]), read_lidar(block_at(plan.lidar_place, plan), 0)
+    every = max(round(1.0 / (lidar.rate * plan.timestep)), 1)
+    if step % every != 0 and state.evaluated[0] > 0.0:
         return
     (n, p), m, rays = state.q.shape, plan.obstacle_radius.shape[0], plan.lidar_rays.shape[0]
     for i in range(n):
         for r in range(rays):
-            state.ray_length[r], state.ray_obstacle[r] = plan.lidar_reach, NOTHING
+            state.ray_length[r], state.ray_obstacle[r] = lidar.range, NOTHING
         for j in range(m):
             state.lidar_nearest[i * m + j] = math.inf
             for k in range(p):
@@ -117,19 +87,19 @@ def scan(plan: Plan, state: State) -> None:
                 ball = plan.shape_reach[j] + abs(plan.shape_lift[j])
             for k in range(p):
                 square += (state.q[i, k] - state.obstacle_position[j, k]) ** 2
-            if square > (plan.lidar_reach + ball) ** 2:
+            if square > (lidar.range + ball) ** 2:
                 continue
             for r in range(rays):
                 first, last = stretch_in(j, state.q[i], plan.lidar_rays[r], plan, state)
                 first = max(first, 0.0)
                 if first < last and first < state.ray_length[r]:
                     state.ray_length[r], state.ray_obstacle[r] = first, float(j)
-        if plan.lidar_noise > 0.0:
+        if lidar.noise > 0.0:
             normals(rays, plan.seed, 1, LIDAR, i, step, state.ray_error)
         for r in range(rays):
             nothing, length = state.ray_obstacle[r] == NOTHING, state.ray_length[r]
-            if plan.lidar_noise > 0.0:
-                length = max(length + plan.lidar_noise * state.ray_error[r], 0.0)
+            if lidar.noise > 0.0:
+                length = max(length + lidar.noise * state.ray_error[r], 0.0)
             if state.lidar_range.shape[0] > 0:
                 state.lidar_range[i, r] = math.inf if nothing else length
             if nothing:

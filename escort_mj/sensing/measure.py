@@ -10,11 +10,13 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from escort_mj.components.parameters import UNLIMITED
 from escort_mj.native.kernels import inlined
 from escort_mj.native.lanes import WIDTH, copy_lanes, load_rows, row_of, set_row, stack_rows, store_rows
 from escort_mj.native.on_demand import on_demand_unrolled
 from escort_mj.numerics.noise import OF_ROBOT, OF_TARGET, chance, draw_points
 from escort_mj.plan import Plan, State
+from escort_mj.sensing.sensors import plain_at
 
 Array = NDArray[np.float64]
 
@@ -42,9 +44,9 @@ def measure_all(plan: Plan, state: State) -> None:
 def take_measurements(plan: Plan, state: State) -> None:
     """As `measure_all`, with sensors that are not perfect."""
     n, p = state.q.shape
-    step, noise = int(state.step[0]), plan.sensor_noise
-    per_robot = int(noise[0] > 0.0) + int(noise[1] > 0.0)
-    for_target = int(noise[2] > 0.0) + int(noise[3] > 0.0)
+    step = int(state.step[0])
+    per_robot = int(plain_at(0, plan).noise > 0.0) + int(plain_at(1, plan).noise > 0.0)
+    for_target = int(plain_at(2, plan).noise > 0.0) + int(plain_at(3, plan).noise > 0.0)
     points = stack_rows(2 * p)
     for first in range(0, n + 1, WIDTH):
         after = first + WIDTH
@@ -63,14 +65,15 @@ def take_measurements(plan: Plan, state: State) -> None:
 @inlined
 def _only_noise(channel: int, plan: Plan) -> bool:
     """Whether a channel shows the truth plus noise, if anything."""
-    at_once = plan.sensor_delay[channel] == 0.0 and plan.sensor_dropout[channel] == 0.0
-    return bool(at_once and plan.sensor_resolution[channel] == 0.0 and plan.sensor_bias[channel] < 0.0)
+    plain = plain_at(channel, plan)
+    at_once = plan.sensor_delay[channel] == 0.0 and plain.dropout == 0.0
+    return bool(at_once and plain.resolution == UNLIMITED and plan.sensor_bias[channel] < 0.0)
 
 
 @inlined
 def _point_of(rate: int, first: int, plan: Plan) -> int:
     """Which point of the two is that of a rate: a ball of radius 0 draws nothing."""
-    return rate if plan.sensor_noise[first] > 0.0 else 0
+    return rate if plain_at(first, plan).noise > 0.0 else 0
 
 
 @inlined
@@ -87,7 +90,7 @@ def _add_noise(rate: int, first: int, points: Array, plan: Plan, state: State) -
     p = state.q.shape[1]
     truth = state.q if rate == 0 else state.v
     measured = state.q_measured if rate == 0 else state.v_measured
-    radius, at = plan.sensor_noise[rate], p * _point_of(rate, 0, plan)
+    radius, at = plain_at(rate, plan).noise, p * _point_of(rate, 0, plan)
     rows = stack_rows(p)
     load_rows(truth, first, rows)
     if radius > 0.0:
@@ -123,27 +126,23 @@ def _measure_one(
         truth = state.target_position if rate == 0 else state.target_velocity
         measured = state.target_position_measured if rate == 0 else state.target_velocity_measured
     channel = first + rate
-    noise, bias, resolution = (
-        plan.sensor_noise[channel],
-        plan.sensor_bias[channel],
-        plan.sensor_resolution[channel],
-    )
+    plain, bias = plain_at(channel, plan), plan.sensor_bias[channel]
     seen = truth
     if plan.sensor_delay[channel] > 0.0:
         seen = state.past[_remember(truth, channel, plan, state.past, evaluated, bodies, index)]
     # The start always arrives. Evaluated again, a step drops the same again.
-    if plan.sensor_dropout[channel] > 0.0 and evaluated > 0:
-        if chance(plan.seed, use, index, step, rate) < plan.sensor_dropout[channel]:
+    if plain.dropout > 0.0 and evaluated > 0:
+        if chance(plan.seed, use, index, step, rate) < plain.dropout:
             return
     at = p * _point_of(rate, first, plan)
     for k in range(p):
         value = seen[k]
         if bias >= 0.0:
             value += plan.bias[int(bias) + index, k]
-        if noise > 0.0:
-            value += noise * points[at + k, lane]
-        if resolution > 0.0:
-            value = np.rint(value / resolution) * resolution
+        if plain.noise > 0.0:
+            value += plain.noise * points[at + k, lane]
+        if plain.resolution < UNLIMITED:
+            value = np.rint(value / plain.resolution) * plain.resolution
         measured[k] = value
 
 

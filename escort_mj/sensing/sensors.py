@@ -8,12 +8,13 @@ from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
-from escort_mj.components.component import number_of
+from escort_mj.components.component import block_at, number_of, reader
 from escort_mj.components.mission import axis_names
 from escort_mj.components.setup import MissionSetup
 from escort_mj.native.fields import Array, Fields, Recorded, Value
-from escort_mj.sensing.lidar import LidarSensor
-from escort_mj.sensors import QUANTITIES, SENSORS, Sensor
+from escort_mj.native.kernels import inlined
+from escort_mj.plan import Plan
+from escort_mj.sensors import QUANTITIES, SENSORS, Lidar, Plain, Sensor
 
 CHANNELS = 4
 NO_BIAS = -1.0
@@ -23,10 +24,10 @@ HEADING = "heading"
 class SensorParameters(Fields):
     """The sensors as kernels read them: of robots' positions and velocities, then of the target's."""
 
-    sensor_noise: Annotated[Array, CHANNELS, Value("m or m/s", "radius of the ball of errors")]
+    sensor_place: Annotated[
+        Array, CHANNELS, Value("1", "where the block of each plain sensor in `parameters` begins")
+    ]
     sensor_delay: Annotated[Array, CHANNELS, Value("1", "age of what is measured, in physics steps")]
-    sensor_dropout: Annotated[Array, CHANNELS, Value("1", "probability that nothing arrives in a step")]
-    sensor_resolution: Annotated[Array, CHANNELS, Value("m or m/s", "step of the values; 0 for none")]
     sensor_bias: Annotated[Array, CHANNELS, Value("1", "first row of the channel in `bias`; -1 for none")]
     sensor_past: Annotated[Array, CHANNELS, Value("1", "first row of the channel in `past`")]
     bias: Annotated[Array, "biased", "p", Value("m or m/s", "constant errors")]
@@ -44,12 +45,14 @@ class SensorParameters(Fields):
         """Return the values of the fields for a mission."""
         sensors, biases, past = setup.sensing, [np.zeros((0, setup.axes))], 0
         starts, pasts = [], []
-        for channel, bodies in zip(sensors.channels, (setup.count, setup.count, 1, 1), strict=True):
-            starts.append(NO_BIAS if channel.bias is None else sum(map(len, biases)))
+        delays = [steps_late(sensor, setup.timestep) for sensor in sensors.channels]
+        for number, bodies in enumerate((setup.count, setup.count, 1, 1)):
+            bias = bias_of(sensors.channels[number], setup.seed, number, bodies, setup.axes)
+            starts.append(NO_BIAS if bias is None else sum(map(len, biases)))
             pasts.append(past)
-            if channel.bias is not None:
-                biases.append(np.asarray(channel.bias))
-            past += _rows_of_past(channel, bodies)
+            if bias is not None:
+                biases.append(bias)
+            past += _rows_of_past(delays[number], bodies)
         own, first, firsts = sensors.own, 0, []
         for quantity, each in own.items():
             firsts.append(first)
@@ -60,14 +63,11 @@ class SensorParameters(Fields):
             "own_quantity": [list(QUANTITIES).index(quantity) for quantity in own],
             "own_memories": [len(each.memories()) for each in own.values()],
             "own_first": firsts,
-            "sensor_noise": [channel.noise for channel in sensors.channels],
-            "sensor_delay": [channel.delay for channel in sensors.channels],
-            "sensor_dropout": [channel.dropout for channel in sensors.channels],
-            "sensor_resolution": [channel.resolution for channel in sensors.channels],
+            "sensor_delay": delays,
             "sensor_bias": starts,
             "sensor_past": pasts,
             "bias": np.concatenate(biases),
-            "perfect": all(channel.is_perfect for channel in sensors.channels),
+            "perfect": all(sensor.is_perfect for sensor in sensors.channels),
             "sensing_robots": sensors.robots,
             "sensing_obstacles": sensors.obstacles,
         }
@@ -113,41 +113,17 @@ class SensorState(Fields):
     ]
 
 
-class Channel(NamedTuple):
-    """One kind of measurement: the truth, `delay` steps old, plus bias and noise, rounded; or nothing new.
+read_plain = reader(Plain)
 
-    Attributes:
-        noise: Radius of the ball from which an error is drawn at every step [m or m/s].
-        bias: Constant error of each robot, shape (n, p), or of the target, shape (1, p) [m or m/s];
-            None: none.
-        delay: Age of what is measured, in physics steps.
-        dropout: Probability per step that nothing arrives and the last value stays.
-        resolution: Step to whose multiples values are rounded [m or m/s]; 0: none.
-        own: A sensor of another kind, which measures in place of all that.
-    """
 
-    noise: float = 0.0
-    bias: Array | None = None
-    delay: int = 0
-    dropout: float = 0.0
-    resolution: float = 0.0
-    own: Sensor | None = None
-
-    @property
-    def is_perfect(self) -> bool:
-        """Whether it shows the truth."""
-        plain = self.bias is None and self.own is None
-        return plain and not any((self.noise, self.delay, self.dropout, self.resolution))
-
-    def variance(self, axes: int) -> float:
-        """Return the variance of noise and rounding, per axis [m^2 or m^2/s^2]."""
-        if self.own is not None:
-            return self.own.deviation(axes) ** 2
-        return self.noise * self.noise / (axes + 2.0) + self.resolution * self.resolution / 12.0
+@inlined
+def plain_at(channel: int, plan: Plan) -> Any:
+    """Return the parameters of the plain sensor of a channel; those of none, which is perfect, for others."""
+    return read_plain(block_at(int(plan.sensor_place[channel]), plan), 0)
 
 
 class Sensors(NamedTuple):
-    """Every channel; plain ones show the truth.
+    """The sensors of each robot, and how far robots see.
 
     Attributes:
         position: Robots' own positions.
@@ -160,25 +136,59 @@ class Sensors(NamedTuple):
         heading: Robots' own headings; None where they are not measured.
     """
 
-    position: Channel = Channel()
-    velocity: Channel = Channel()
-    target_position: Channel = Channel()
-    target_velocity: Channel = Channel()
+    position: Sensor = Plain()
+    velocity: Sensor = Plain()
+    target_position: Sensor = Plain()
+    target_velocity: Sensor = Plain()
     robots: float = math.inf
     obstacles: float = math.inf
-    lidar: LidarSensor | None = None
+    lidar: Lidar | None = None
     heading: Sensor | None = None
 
     @property
     def own(self) -> dict[str, Sensor]:
         """Sensors of other kinds than the plain one, by what they measure."""
-        measured = (*(channel.own for channel in self.channels), self.heading)
-        return {name: own for name, own in zip(QUANTITIES, measured, strict=True) if own is not None}
+        return own_of(self)
 
     @property
-    def channels(self) -> tuple[Channel, Channel, Channel, Channel]:
+    def plain(self) -> list[Plain]:
+        """The plain sensors of the channels; perfect ones where there are others."""
+        return [sensor if isinstance(sensor, Plain) else Plain() for sensor in self.channels]
+
+    @property
+    def channels(self) -> tuple[Sensor, Sensor, Sensor, Sensor]:
         """Robots' positions and velocities, then the target's."""
         return self.position, self.velocity, self.target_position, self.target_velocity
+
+
+def own_of(measured: Any) -> dict[str, Sensor]:
+    """Return the sensors that are not plain, by what they measure: one attribute for each of QUANTITIES."""
+    found = {name: getattr(measured, name) for name in QUANTITIES}
+    return {name: sensor for name, sensor in found.items() if not isinstance(sensor, Plain | None)}
+
+
+def steps_late(sensor: Sensor, timestep: float) -> int:
+    """Return how old what a sensor measures is, in physics steps."""
+    return round(sensor.delay / timestep) if isinstance(sensor, Plain) else 0
+
+
+def bias_of(sensor: Sensor, seed: int, number: int, bodies: int, axes: int) -> Array | None:
+    """Return constant errors of a channel, shape (bodies, axes); None where there are none.
+
+    Drawn in the cube around the ball and kept if inside: plain arithmetic, equal bits everywhere.
+    """
+    if not isinstance(sensor, Plain) or sensor.bias == 0.0:
+        return None
+    if not isinstance(sensor.bias, float):
+        return np.tile(sensor.bias, (bodies, 1))
+    drawn = np.zeros((bodies, axes))
+    for body in range(bodies):  # each from a stream of its own: more robots change no other robot's
+        random = np.random.Generator(np.random.Philox(np.random.SeedSequence([seed, number, body])))
+        offset = np.ones(axes)
+        while offset @ offset > 1.0:
+            offset = 2.0 * random.random(axes) - 1.0
+        drawn[body] = sensor.bias * offset
+    return drawn
 
 
 def readings_of(own: Mapping[str, Sensor], axes: int) -> dict[str, str]:
@@ -198,11 +208,12 @@ def readings_of(own: Mapping[str, Sensor], axes: int) -> dict[str, str]:
     return found
 
 
-def rows_of_past(sensors: Sensors, count: int) -> int:
+def rows_of_past(sensors: Sensors, count: int, timestep: float) -> int:
     """Return how many rows `past` has for a number of robots."""
-    return sum(map(_rows_of_past, sensors.channels, (count, count, 1, 1)))
+    delays = [steps_late(sensor, timestep) for sensor in sensors.channels]
+    return sum(map(_rows_of_past, delays, (count, count, 1, 1)))
 
 
-def _rows_of_past(channel: Channel, bodies: int) -> int:
-    """Return how many rows of `past` a channel has."""
-    return (channel.delay + 1) * bodies if channel.delay else 0
+def _rows_of_past(delay: int, bodies: int) -> int:
+    """Return how many rows of `past` a channel has, by its delay in steps."""
+    return (delay + 1) * bodies if delay else 0

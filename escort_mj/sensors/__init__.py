@@ -1,9 +1,10 @@
 """Sensors, one file each: what robots measure of the truth. Any file that has one is found."""
 
 from escort_mj.components.found import found_in
+from escort_mj.sensors.lidar import Lidar
 from escort_mj.sensors.plain import Plain
 from escort_mj.sensors.sensor import QUANTITIES, Sensor
 
 SENSORS: tuple[type[Sensor], ...] = found_in(__name__, __path__, Sensor)
 
-__all__ = ["QUANTITIES", "SENSORS", "Plain", "Sensor"]
+__all__ = ["QUANTITIES", "SENSORS", "Lidar", "Plain", "Sensor"]

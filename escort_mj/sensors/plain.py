@@ -1,4 +1,4 @@
-"""The sensor that quantities have if nothing else is said: noise, bias, delay, dropouts, rounding."""
+"""The sensor that quantities have if nothing else is said: `sensing.measure` has its kernel."""
 
 import math
 from typing import Annotated, Any, ClassVar, Literal
@@ -33,10 +33,7 @@ Bias = Annotated[
 
 
 class Plain(Sensor):
-    """Errors in the measurement of one quantity; without any, the measurement is the truth.
-
-    Its kernel is `sensing.measure`: points of balls are drawn for eight robots at once.
-    """
+    """Errors in the measurement of one quantity; without any, the measurement is the truth."""
 
     measures: ClassVar[tuple[str, ...]] = ("position", "velocity", "target_position", "target_velocity")
     python_only: ClassVar[frozenset[str]] = Sensor.python_only | {"bias"}
@@ -61,3 +58,13 @@ class Plain(Sensor):
     def deviation(self, axes: int) -> float:
         """Return the standard deviation of noise per axis: of a ball's radius."""
         return self.noise * (1.0 / math.sqrt(axes + 2.0))
+
+    @property
+    def is_perfect(self) -> bool:
+        """Whether it shows the truth."""
+        return not any((self.noise, self.bias, self.delay, self.dropout, self.resolution))
+
+    def variance(self, axes: int) -> float:
+        """Return the variance of noise and rounding, per axis [m^2 or m^2/s^2]."""
+        step = self.resolution or 0.0
+        return self.noise * self.noise / (axes + 2.0) + step * step / 12.0

@@ -79,6 +79,15 @@ class Sensor(Equations):
         """Return how late measurements are [s], for automatic gains; by default 0."""
         return 0.0
 
+    @property
+    def is_perfect(self) -> bool:
+        """Whether it shows the truth."""
+        return False
+
+    def variance(self, axes: int) -> float:
+        """Return the variance of errors, per axis, that estimators expect."""
+        return self.deviation(axes) ** 2
+
     def deviation(self, axes: int) -> float:
         """Return the standard deviation of noise per axis, for gains and estimators; by default 0.
 

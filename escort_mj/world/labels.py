@@ -58,7 +58,7 @@ def labels_of(scenario: Scenario, world: World) -> dict[str, Any]:
         "robot_radius": setup.robot_radius.tolist(),
         "obstacle_radius": setup.obstacle_radius.tolist(),
         "obstacle_outline": _outlines(world.mission),
-        "lidar_ray": lidar.rays.tolist() if lidar is not None and lidar.recorded else [],
+        "lidar_ray": lidar.directions(setup.axes).tolist() if lidar is not None and lidar.record else [],
         "force_limit": setup.force_limit.tolist(),
         "neighbors": (neighbors + 1).tolist(),
         "spacing": spacing.tolist(),

@@ -14,7 +14,8 @@ from escort_mj.knowledge.sight import Sight
 from escort_mj.measuring import measure
 from escort_mj.radios import Periodic
 from escort_mj.radios.radio import Loss, Nearest
-from escort_mj.sensing.sensors import Channel, Sensors
+from escort_mj.sensing.sensors import Sensors
+from escort_mj.sensors import Plain
 from tests.control.twins import AVOID, compare, mission
 
 STACKS = [
@@ -37,9 +38,9 @@ def test_kernel_and_twin(axes: int, knows: str, stack) -> None:
     setup, q, v = mission(axes, 4)
     setup = replace(setup, behaviors=stack, outer=SetBased(), max_speed=2.0)
     if knows == "all":
-        setup = replace(setup, sensing=Sensors(Channel(0.02), robots=5.0))
+        setup = replace(setup, sensing=Sensors(Plain(noise=0.02), robots=5.0))
     else:
-        ranges = Sensors(Channel(0.02), robots=5.0)
+        ranges = Sensors(Plain(noise=0.02), robots=5.0)
         setup = replace(setup, sensing=ranges, sight=SEEN, radio=NEAREST if knows == "messages" else None)
     compare(setup, q, v, steps=8, tolerance=1e-8)
 

@@ -14,7 +14,8 @@ from escort_mj.estimators import ESTIMATORS, CovarianceIntersection, Kalman
 from escort_mj.knowledge.sight import Sight
 from escort_mj.radios import Periodic
 from escort_mj.radios.radio import Blackout, Loss, Nearest
-from escort_mj.sensing.sensors import Channel, Sensors
+from escort_mj.sensing.sensors import Sensors
+from escort_mj.sensors import Plain
 from tests.control.twins import AVOID, REPULSION, SURFACE, VERTICES, compare, mission
 
 ALL = (True,) * 6
@@ -73,13 +74,17 @@ def test_ranges_and_bearings(estimator, sight: str, axes: int) -> None:
     setup, q, v = informed(
         axes, 2, sight=SIGHTS[sight], radio=RADIOS["late and lossy"], estimator=estimator,
         start_deviation=(0.5, 0.2, 0.1), outer=SetBased(), behaviors=(AVOID, REPULSION, SURFACE),
-        sensing=Sensors(Channel(0.02, resolution=0.01), Channel(0.01), Channel(0.05), Channel(0.03)),
+        sensing=Sensors(
+            Plain(noise=0.02, resolution=0.01), Plain(noise=0.01), Plain(noise=0.05), Plain(noise=0.03)
+        ),
     )  # fmt: skip
     compare(setup, q, v, steps=12, tolerance=1e-8)
 
 
 def test_without_a_radio() -> None:
-    setup, q, v = informed(2, 3, sight=SIGHTS["everybody"], sensing=Sensors(Channel(0.02), Channel(0.01)))
+    setup, q, v = informed(
+        2, 3, sight=SIGHTS["everybody"], sensing=Sensors(Plain(noise=0.02), Plain(noise=0.01))
+    )
     compare(setup, q, v, steps=6)
 
 

@@ -11,7 +11,8 @@ from escort_mj.control.setup import Setup
 from escort_mj.laws import ApdSmc
 from escort_mj.numerics.formation import OCTAHEDRON, Arrangement, arrange
 from escort_mj.scenario.geometry.trajectory import Trajectory
-from escort_mj.sensing.sensors import Channel, Sensors
+from escort_mj.sensing.sensors import Sensors
+from escort_mj.sensors import Plain
 from tests.control.twins import Kernel, vector
 from tests.oracle.behaviors import intrusion
 from tests.oracle.reference import ReferenceController
@@ -113,7 +114,7 @@ def test_the_law_brings_real_masses_there(speed: float) -> None:
     setup = replace(
         mission(q, (0.0, 0.0, 0.0)),
         max_speed=speed,
-        sensing=Sensors(Channel(0.02), Channel(0.01)),
+        sensing=Sensors(Plain(noise=0.02), Plain(noise=0.01)),
         disturbance=line((0.3, -0.2, 0.4), (0.0, 0.0, 0.0)),
     )
     history = drive(setup, q, 7.0)
@@ -130,7 +131,7 @@ def test_robots_pass_an_obstacle_at_the_safe_distance() -> None:
         behaviors=(AvoidObstacles(measure="center", safe_distance=2.0), Surface()),
         obstacle_position=np.array([[8.0, 0.0]]),
         obstacle_radius=np.array([0.5]),
-        sensing=Sensors(Channel(0.02), Channel(0.01)),
+        sensing=Sensors(Plain(noise=0.02), Plain(noise=0.01)),
         max_speed=2.0,
     )
     history = drive(replace(setup, timestep=0.01), q, 14.0)
@@ -165,7 +166,7 @@ def test_state_moves_once_per_step_by_the_last_rates() -> None:
 
 
 def test_reset_forgets() -> None:
-    setup = replace(mission(PAPER_2D, (3.0, 0.0)), sensing=Sensors(Channel(0.02), Channel(0.01)))
+    setup = replace(mission(PAPER_2D, (3.0, 0.0)), sensing=Sensors(Plain(noise=0.02), Plain(noise=0.01)))
     controller = ReferenceController(setup)
     runs = []
     for _ in range(2):

@@ -14,7 +14,8 @@ from escort_mj.laws import LAWS, ComputedTorque
 from escort_mj.laws.sliding import SlidingModeLaw
 from escort_mj.numerics.neighbors import LISTED
 from escort_mj.numerics.reform import reforming
-from escort_mj.sensing.sensors import Channel, Sensors
+from escort_mj.sensing.sensors import Sensors
+from escort_mj.sensors import Plain
 from tests.control.twins import (
     AVOID,
     CHORDS,
@@ -121,7 +122,7 @@ def test_every_avoidance(gain: str, teammates: bool, measure: str, axes: int) ->
 @pytest.mark.parametrize(("position", "velocity"), [(0.0, 0.0), (0.02, 0.0), (0.0, 0.01), (0.5, 0.5)])
 def test_every_noise(position: float, velocity: float, axes: int) -> None:
     setup, q, v = mission(axes, seed=4)
-    setup = replace(setup, sensing=Sensors(Channel(position), Channel(velocity)))
+    setup = replace(setup, sensing=Sensors(Plain(noise=position), Plain(noise=velocity)))
     kernel, twin = Kernel(setup), ReferenceController(setup, stride=1)
     twin.reset(q)
     for t in (0.0, 0.002, 1.0, 12345.678):
@@ -301,7 +302,7 @@ def test_a_crowd_that_keeps_lists_of_neighbors(noise: float, measure: str, axes:
     """Lists of true and of measured positions, made anew where robots jump."""
     setup, q, v = mission(axes, seed=7, count=LISTED + 12)
     setup = with_avoidance(setup, measure=measure, teammate_distance=1.0)
-    setup = replace(setup, sensing=Sensors(Channel(noise), Channel(noise)))
+    setup = replace(setup, sensing=Sensors(Plain(noise=noise), Plain(noise=noise)))
     setup = replace(setup, behaviors=(setup.behaviors[0], VERTICES, SURFACE))
     failures = tuple(Failure(robot=robot, at=0.0, notice=0.003) for robot in (2, 40))
     for each in (setup, replace(setup, failures=failures, behaviors=(setup.behaviors[0], SURFACE))):

@@ -17,7 +17,8 @@ from escort_mj.numerics.program import Op
 from escort_mj.numerics.thomson import even_figure
 from escort_mj.scenario.geometry.trajectory import Trajectory
 from escort_mj.scenario.schema.expressions import Expression
-from escort_mj.sensing.sensors import Channel, Sensors
+from escort_mj.sensing.sensors import Sensors
+from escort_mj.sensors import Plain
 from tests.oracle.reference import ReferenceController, ReferenceSignals
 
 TOLERANCE = 1e-10
@@ -124,7 +125,7 @@ def mission(axes: int, seed: int, count: int = 6, obstacles: int = 5) -> tuple[S
         obstacle_radius=rng.uniform(0.1, 0.5, obstacles),
         robot_radius=rng.uniform(0.1, 0.3, count),
         force_limit=rng.choice([10.0, 50.0, 200.0, math.inf], count),
-        sensing=Sensors(Channel(0.02), Channel(0.01)),
+        sensing=Sensors(Plain(noise=0.02), Plain(noise=0.01)),
         target=Wave(rng, axes),
         disturbance=Wave(rng, axes),
         figure=even_figure(q, np.zeros(axes)),

@@ -16,7 +16,8 @@ from escort_mj.estimators.covariance_intersection import invert, mix
 from escort_mj.knowledge.belief import carry
 from escort_mj.knowledge.sight import Sight
 from escort_mj.scenario.mission import Mission
-from escort_mj.sensing.sensors import Channel, Sensors
+from escort_mj.sensing.sensors import Sensors
+from escort_mj.sensors import Plain
 from tests.control.twins import Kernel
 from tests.oracle.estimators import Belief, believe, believed, linearized, mixture, update
 from tests.oracle.knowing import blank_view
@@ -108,7 +109,7 @@ def bound(measure: str, variance: float, states: Array) -> Array:
 @pytest.mark.parametrize("measure", NOISE)
 def test_kalman_is_near_the_bound_and_consistent(measure: str, radius: float) -> None:
     """Also where robots do not know exactly where they are: errors from a ball of this radius [m]."""
-    errors, covariances, states = flown(measure, Sensors(position=Channel(noise=radius)))
+    errors, covariances, states = flown(measure, Sensors(position=Plain(noise=radius)))
     late = slice(round(SETTLED / STEP / LOOKS), None)
     rms = np.sqrt((errors[..., :2] ** 2).sum(axis=3).mean(axis=0))[late]
     least = bound(measure, radius**2 / 4.0, states)[late]

@@ -13,7 +13,8 @@ from escort_mj.laws import ApdSmc
 from escort_mj.native.compiler.declarations import jitted
 from escort_mj.native.lanes import WIDTH, stack_rows
 from escort_mj.numerics.noise import OF_TARGET, TAG, draw_points
-from escort_mj.sensing.sensors import Channel, Sensors
+from escort_mj.sensing.sensors import Sensors
+from escort_mj.sensors import Plain
 from tests.oracle.noise import ball_noise
 from tests.oracle.reference import ReferenceController
 
@@ -45,7 +46,7 @@ SETUP = Setup(
     obstacle_radius=np.zeros(0),
     robot_radius=np.full(4, 0.2),
     force_limit=np.full(4, 10.0),
-    sensing=Sensors(Channel(0.02), Channel(0.01)),
+    sensing=Sensors(Plain(noise=0.02), Plain(noise=0.01)),
     target=Rest(),
     disturbance=None,
 )

@@ -10,6 +10,7 @@ from escort_mj.numerics.gaussian import LIDAR
 from escort_mj.numerics.noise import TAG
 from escort_mj.sensing.lidar import FAR
 from escort_mj.sensing.measure import DROPOUTS
+from escort_mj.sensing.sensors import bias_of
 from tests.oracle.noise import ball_noise, normal
 from tests.oracle.rays import stretches_inside
 
@@ -33,19 +34,21 @@ class Scanner:
         """
         lidar, step = setup.sensing.lidar, round(t / setup.timestep)
         assert lidar is not None
-        if self._points is None or step % lidar.every == 0:
+        every = 1 if lidar.rate is None else round(1.0 / (lidar.rate * setup.timestep))
+        rays = lidar.directions(setup.axes)
+        if self._points is None or step % every == 0:
             self._points = np.full((*q.shape[:1], *setup.obstacle_position.shape), FAR)
             for i, points in enumerate(self._points):
-                error = lidar.noise * normal(len(lidar.rays), setup.seed, LIDAR, i, step)
-                first, last = stretches_inside(q[i], lidar.rays, setup)
-                met = (first < last) & (last > 0.0) & (first < lidar.reach)
+                error = lidar.noise * normal(len(rays), setup.seed, LIDAR, i, step)
+                first, last = stretches_inside(q[i], rays, setup)
+                met = (first < last) & (last > 0.0) & (first < lidar.range)
                 lengths = np.where(met, np.maximum(first, 0.0), np.inf)
                 for j in range(lengths.shape[1]):
                     mine = np.flatnonzero(met[:, j] & (np.argmin(lengths, axis=1) == j))
                     if len(mine):
                         found = np.maximum(lengths[mine, j] + error[mine], 0.0)
                         nearest = int(np.argmin(found))
-                        points[j] = measured[i] + found[nearest] * lidar.rays[mine[nearest]]
+                        points[j] = measured[i] + found[nearest] * rays[mine[nearest]]
         return self._points
 
 
@@ -72,9 +75,11 @@ class Instruments:
         rows = [np.atleast_2d(values) for values in truth]
         points = [*self._points(step, 0, len(rows[0])), *self._points(step, 1, 1)]
         shown = []
-        for number, channel in enumerate(self.setup.sensing.channels):
-            old = np.atleast_2d(self._history[max(len(self._history) - 1 - channel.delay, 0)][number])
-            bias = 0.0 if channel.bias is None else channel.bias
+        for number, channel in enumerate(self.setup.sensing.plain):
+            delay = round(channel.delay / self.setup.timestep)
+            old = np.atleast_2d(self._history[max(len(self._history) - 1 - delay, 0)][number])
+            bias = bias_of(channel, self.setup.seed, number, len(rows[number]), self.setup.axes)
+            bias = 0.0 if bias is None else bias
             value = old + bias + channel.noise * points[number]
             if channel.resolution:
                 value = channel.resolution * np.round(value / channel.resolution)
@@ -90,7 +95,7 @@ class Instruments:
 
         A ball of radius 0 draws nothing, so that the other ball's points come first in the stream.
         """
-        pair = self.setup.sensing.channels[2 * use : 2 * use + 2]
+        pair = self.setup.sensing.plain[2 * use : 2 * use + 2]
         drawn = [place for place, channel in enumerate(pair) if channel.noise > 0.0]
         points = np.zeros((2, bodies, self.setup.axes))
         for body in range(bodies if drawn else 0):

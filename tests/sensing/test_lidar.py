@@ -12,7 +12,8 @@ from escort_mj.numerics.gaussian import LIDAR
 from escort_mj.report.video.replay import replay_of
 from escort_mj.scenario import Scenario
 from escort_mj.scenario.mission import Mission
-from escort_mj.sensing.lidar import FAR, even_rays, widest_gap
+from escort_mj.sensing.lidar import FAR, widest_gap
+from escort_mj.sensors.lidar import even_rays
 from escort_mj.world.callback import native_loop
 from escort_mj.world.model.build import build
 from escort_mj.world.plant import Plant

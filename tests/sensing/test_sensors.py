@@ -10,26 +10,28 @@ from scipy.special import bdtr
 from escort_mj.control.outer_loops import BarrierFilter
 from escort_mj.control.setup import Setup
 from escort_mj.control.supervisor import Condition, ControlPhase
-from escort_mj.sensing.sensors import Channel, Sensors
+from escort_mj.sensing.sensors import Sensors, bias_of
+from escort_mj.sensors import Plain
 from tests.control.twins import AVOID, REPULSION, SURFACE, VERTICES, Kernel, compare, mission
 from tests.oracle.reference import ReferenceController
 
+STEP = 0.002  # s, of the missions
 MEASURED = ("q_measured", "v_measured", "target_position_measured", "target_velocity_measured")
 TRUE = ("q", "v", "target_position", "target_velocity")
 
 
-def everything(axes: int, count: int = 6, seed: int = 0) -> Sensors:
+def everything(axes: int) -> Sensors:
     """Sensors with every fault at once, different for each channel."""
-    rng = np.random.default_rng(seed)
+    along = tuple(float(k + 1) for k in range(axes))
     return Sensors(
-        Channel(0.02, rng.normal(size=(count, axes)), 3, 0.3, 0.001),
-        Channel(0.01, rng.normal(size=(count, axes)), 1, 0.2, 0.01),
-        Channel(0.05, rng.normal(size=(1, axes)), 5, 0.4, 0.002),
-        Channel(0.03, rng.normal(size=(1, axes)), 2, 0.1, 0.005),
+        Plain(noise=0.02, bias=1.0, delay=3 * STEP, dropout=0.3, resolution=0.001),
+        Plain(noise=0.01, bias=along, delay=STEP, dropout=0.2, resolution=0.01),
+        Plain(noise=0.05, bias=along, delay=5 * STEP, dropout=0.4, resolution=0.002),
+        Plain(noise=0.03, bias=2.0, delay=2 * STEP, dropout=0.1, resolution=0.005),
     )
 
 
-def with_every(channel: Channel) -> Sensors:
+def with_every(channel: Plain) -> Sensors:
     """The same channel everywhere."""
     return Sensors(channel, channel, channel, channel)
 
@@ -50,12 +52,12 @@ def walk(setup: Setup, q: np.ndarray, v: np.ndarray, steps: int) -> Iterator[dic
 @pytest.mark.parametrize("axes", [2, 3, pytest.param(4, marks=pytest.mark.slow)])
 @pytest.mark.parametrize(
     "change",
-    [{}, {"noise": 0.0}, {"bias": None}, {"delay": 0}, {"dropout": 0.0}, {"resolution": 0.0}],
+    [{}, {"noise": 0.0}, {"bias": 0.0}, {"delay": 0.0}, {"dropout": 0.0}, {"resolution": None}],
     ids=str,
 )
 def test_kernel_and_twin_measure_the_same(change: dict, axes: int) -> None:
     setup, q, v = mission(axes, seed=30)
-    sensing = Sensors(*(channel._replace(**change) for channel in everything(axes).channels))
+    sensing = Sensors(*(channel.model_copy(update=change) for channel in everything(axes).channels))
     setup = replace(setup, behaviors=(AVOID, VERTICES, SURFACE), sensing=sensing)
     compare(setup, q, v, steps=6)
     twin = ReferenceController(setup, stride=1)
@@ -69,7 +71,7 @@ def test_kernel_and_twin_measure_the_same(change: dict, axes: int) -> None:
 @pytest.mark.parametrize("channel", range(4))
 def test_one_imperfect_channel_leaves_the_others_true(channel: int) -> None:
     setup, q, v = mission(2, seed=31)
-    channels = [Channel()] * 4
+    channels = [Plain()] * 4
     channels[channel] = everything(2).channels[channel]
     for count, signals in enumerate(walk(replace(setup, sensing=Sensors(*channels)), q, v, 20)):
         for number, (true, measured) in enumerate(zip(TRUE, MEASURED, strict=True)):
@@ -81,7 +83,7 @@ def test_one_imperfect_channel_leaves_the_others_true(channel: int) -> None:
 def test_a_delay_shows_what_was_true_that_many_steps_ago(steps: int) -> None:
     setup, q, v = mission(3, seed=32)
     delays = [steps, steps + 3, 2 * steps, 1]
-    setup = replace(setup, sensing=Sensors(*(Channel(delay=delay) for delay in delays)))
+    setup = replace(setup, sensing=Sensors(*(Plain(delay=delay * setup.timestep) for delay in delays)))
     history = list(walk(setup, q, v, 40))
     for now, signals in enumerate(history):
         for true, measured, delay in zip(TRUE, MEASURED, delays, strict=True):
@@ -92,7 +94,7 @@ def test_dropouts_hold_the_last_value_as_often_as_said() -> None:
     """Exact binomial bounds; who misses what, and when, has nothing to do with the rest."""
     share, steps = 0.2, 3000
     setup, q, v = mission(2, seed=33)
-    setup = replace(setup, sensing=with_every(Channel(dropout=share)))
+    setup = replace(setup, sensing=with_every(Plain(dropout=share)))
     history = list(walk(setup, q, v, steps + 1))
     held = []
     for true, measured in zip(TRUE, MEASURED, strict=True):
@@ -112,7 +114,7 @@ def test_dropouts_hold_the_last_value_as_often_as_said() -> None:
 @pytest.mark.parametrize("resolution", [0.001, 0.3])
 def test_rounding_errs_by_half_a_step_at_most(resolution: float) -> None:
     setup, q, v = mission(3, seed=34)
-    setup = replace(setup, sensing=with_every(Channel(resolution=resolution)))
+    setup = replace(setup, sensing=with_every(Plain(resolution=resolution)))
     errors = []
     for signals in walk(setup, q, v, 50):
         for true, measured in zip(TRUE, MEASURED, strict=True):
@@ -124,18 +126,19 @@ def test_rounding_errs_by_half_a_step_at_most(resolution: float) -> None:
 
 def test_a_bias_stays() -> None:
     setup, q, v = mission(2, seed=35)
-    sensing = Sensors(*(Channel(bias=channel.bias) for channel in everything(2).channels))
+    sensing = Sensors(*(Plain(bias=channel.bias) for channel in everything(2).channels))
     for signals in walk(replace(setup, sensing=sensing), q, v, 10):
-        for true, measured, channel in zip(TRUE, MEASURED, sensing.channels, strict=True):
+        for number, (true, measured) in enumerate(zip(TRUE, MEASURED, strict=True)):
             error = np.atleast_2d(signals[measured] - signals[true])
-            np.testing.assert_allclose(error, channel.bias, rtol=0.0, atol=1e-14)
+            bias = bias_of(sensing.channels[number], setup.seed, number, len(error), 2)
+            np.testing.assert_allclose(error, bias, rtol=0.0, atol=1e-14)
 
 
 def test_noise_of_the_target_is_its_own() -> None:
     """From a ball of its size; robots' noise does not change where the target is noisy, too."""
     setup, q, v = mission(2, seed=36)
-    noisy = Sensors(Channel(0.02), Channel(0.01))
-    more = noisy._replace(target_position=Channel(0.05), target_velocity=Channel(0.03, dropout=0.5))
+    noisy = Sensors(Plain(noise=0.02), Plain(noise=0.01))
+    more = noisy._replace(target_position=Plain(noise=0.05), target_velocity=Plain(noise=0.03, dropout=0.5))
     drawn = []
     for a, b in zip(
         walk(replace(setup, sensing=noisy), q, v, 300),

@@ -10,8 +10,9 @@ from escort_mj.scenario.checks.knowledge import HEADLESS, whole_steps, whole_tim
 from escort_mj.scenario.checks.mission import behaviors_of
 from escort_mj.scenario.findings import Finding, Path, key_path
 from escort_mj.scenario.mission import Mission
-from escort_mj.scenario.schema.sensing import NAMES, RAYS
+from escort_mj.scenario.schema.sensing import NAMES
 from escort_mj.sensors import Plain
+from escort_mj.sensors.lidar import RAYS
 
 MAX_PAST = 64 * 2**20  # bytes that delays may keep
 

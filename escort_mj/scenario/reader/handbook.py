@@ -116,6 +116,8 @@ def _kind(node: Node) -> str:
     if "$ref" in node:
         name = node["$ref"].rpartition("/")[2]
         return f"[{name}](#{name.lower()})"
+    if "const" in node:
+        return f"`{flow(node['const'])}`"
     if "enum" in node:
         return ", ".join(f"`{flow(value)}`" for value in node["enum"])
     for union in ("anyOf", "oneOf"):

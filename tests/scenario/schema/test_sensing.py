@@ -4,7 +4,8 @@ import numpy as np
 
 from escort_mj.scenario import parse_scenario
 from escort_mj.scenario.mission import Mission
-from escort_mj.sensing.sensors import Channel, Sensors
+from escort_mj.sensing.sensors import Sensors, bias_of, steps_late
+from escort_mj.sensors import Plain
 
 
 def sensors_of(text: str, *overrides: str) -> Sensors:
@@ -16,32 +17,40 @@ def test_nothing_said_is_nothing_wrong() -> None:
     assert sensors_of("{}") == Sensors()
 
 
+def bias(text: str, channel: int, *overrides: str) -> np.ndarray | None:
+    """The constant errors of a channel."""
+    setup = Mission(parse_scenario(text, "s", overrides)).setup
+    bodies = setup.count if channel < 2 else 1
+    return bias_of(setup.sensing.channels[channel], setup.seed, channel, bodies, setup.axes)
+
+
 def test_delays_become_steps() -> None:
     sensor = "{delay: 0.1, noise: 0.3, dropout: 0.25, resolution: 2}"
     text = f"physics: {{timestep: 0.005}}\nsensing: {{position: {sensor}}}"
-    assert sensors_of(text).position == Channel(0.3, None, 20, 0.25, 2.0)
+    told = sensors_of(text).position
+    assert told == Plain(noise=0.3, delay=0.1, dropout=0.25, resolution=2.0)
+    assert steps_late(told, 0.005) == 20
 
 
 def test_a_bias_may_be_given_or_drawn() -> None:
     text = (
         "axes: 3\nsensing: {position: {bias: [1, 2, 3]}, velocity: {bias: 0.5}, target_position: {bias: 0.5}}"
     )
-    told = sensors_of(text)
-    assert told.target_velocity.bias is None
-    np.testing.assert_array_equal(told.position.bias, np.tile([1.0, 2.0, 3.0], (6, 1)))
-    assert told.velocity.bias.shape == (6, 3) and told.target_position.bias.shape == (1, 3)
-    again, other = sensors_of(text), sensors_of(text, "seed=1")
-    np.testing.assert_array_equal(told.velocity.bias, again.velocity.bias)
-    assert (told.velocity.bias != other.velocity.bias).all()
-    assert (told.velocity.bias[0] != told.target_position.bias[0]).all()
+    position, velocity, target_position, target_velocity = (bias(text, channel) for channel in range(4))
+    assert target_velocity is None
+    np.testing.assert_array_equal(position, np.tile([1.0, 2.0, 3.0], (6, 1)))
+    assert velocity.shape == (6, 3) and target_position.shape == (1, 3)
+    np.testing.assert_array_equal(velocity, bias(text, 1))
+    assert (velocity != bias(text, 1, "seed=1")).all()
+    assert (velocity[0] != target_position[0]).all()
 
 
 def test_drawn_biases_fill_the_ball_and_do_not_depend_on_the_team() -> None:
     text = "robots: {placement: {within: 200}}\nsensing: {position: {bias: 0.5}}"
-    many = sensors_of(text, "robots.count=300", "mission.radius=100").position.bias
+    many = bias(text, 0, "robots.count=300", "mission.radius=100")
     length = np.linalg.norm(many, axis=1)
     assert 0.48 < length.max() <= 0.5 and np.abs(many.mean(axis=0)).max() < 4.0 * 0.25 / np.sqrt(300)
-    np.testing.assert_array_equal(sensors_of(text).position.bias, many[:5])
+    np.testing.assert_array_equal(bias(text, 0), many[:5])
 
 
 def test_sight() -> None:
