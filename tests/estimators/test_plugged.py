@@ -114,7 +114,7 @@ def test_what_it_does_wrong_ends_the_run_with_its_place(
         (('(("position",),)', '(("place",),)'), "expected sets of position, velocity, range or bearing"),
         (("    def update(", "    orders = property(lambda self: 4)\n\n    def update("), "orders = 4 and"),
         (('Literal["alpha_beta"] = "alpha_beta"', 'str = "alpha_beta"'), "does not say its name"),
-        (("class AlphaBeta(Estimator)", "class AlphaBeta(EstimatorView)"), "Policy, Estimator, RobotKind"),
+        (("class AlphaBeta(Estimator)", "class AlphaBeta(EstimatorView)"), "Policy, Estimator, Radio"),
     ],
 )
 def test_a_wrong_one_is_one_message(tmp_path: Path, change: tuple[str, str], said: str) -> None:
