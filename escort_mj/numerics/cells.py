@@ -17,8 +17,8 @@ Array = NDArray[np.float64]
 
 DEVIATIONS, TRIMMED = 2.5, 3  # robots so far from the mean, taken so often, count to the outermost cells
 CELLS = 3.0  # per robot, at most
-# Rows of the scratch; three are of PLACE, and all from CELL_FIRST on are one.
-CELL_OF, ORDER, RADIUS, SQUARES, SLOTS, PLACE, CELL_FIRST, CELL_ROWS = 0, 1, 2, 3, 4, 5, 8, 12
+# Rows of the scratch; two are of NEAREST, three of PLACE, and all from CELL_FIRST on are one.
+CELL_OF, ORDER, RADIUS, SQUARES, SLOTS, NEAREST, PLACE, CELL_FIRST, CELL_ROWS = 0, 1, 2, 3, 4, 5, 7, 10, 14
 
 
 @inlined

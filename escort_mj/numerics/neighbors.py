@@ -17,11 +17,26 @@ from typing import Annotated
 
 from escort_mj.native.fields import Array, Fields, Value
 from escort_mj.native.kernels import DOUBLE, inlined, kernel, merged, stack_memory, vector_at
-from escort_mj.native.lanes import WIDTH, everywhere, gather, greatest, largest, least, there, where
+from escort_mj.native.lanes import (
+    WIDTH,
+    Lanes,
+    any_of,
+    everywhere,
+    gather,
+    greatest,
+    largest,
+    least,
+    load,
+    set_row,
+    stack_rows,
+    there,
+    where,
+)
 from escort_mj.native.on_demand import on_demand
 from escort_mj.numerics.cells import (
     CELL_OF,
     CELL_ROWS,
+    NEAREST,
     ORDER,
     PLACE,
     RADIUS,
@@ -40,13 +55,16 @@ from escort_mj.plan import Plan, State
 COUNT, FIRST = 0, 1  # places in a robot's row: how many candidates follow
 ALL = -1.0  # in place of their number: more than a row holds, so all robots have to be looked at
 SKIN, AGE, SPACING, LENGTH, WIDEST = range(5)  # places in the note of a set of lists
-CORNER, RATE, COUNTS, NOTE = 5, 8, 11, 14  # of its grid, and the length of the note
+CORNER, RATE, COUNTS = 5, 8, 11  # of its grid
+MOVED, MADE, NOTE = 14, 15, 16  # the last places, and the length of the note
+REACH, FOR, AROUND = 1, 2, 3  # places in a robot's row of `around`, beside COUNT
 SHORT, LONG = 24.0, 96.0  # steps that a set should hold
 FULL = 8.0  # candidates, in the mean; more cost more than making the lists again
 THINNEST, THICKEST = 0.05, 0.7  # skin, as a share of the spacing
 ROUNDING = 1.000001
 LISTED = 48  # robots from which on lists pay
 NEIGHBORS = 32  # places in a robot's list: their number, and they
+WIDER = 1.1  # times the distance that is asked for: what is found for the next steps as well
 
 
 class NeighborState(Fields):
@@ -58,6 +76,7 @@ class NeighborState(Fields):
     seen_neighbors: Annotated[Array, "misled", NEIGHBORS, Value("1", "likewise, of measured positions")]
     seen_neighbors_places: Annotated[Array, "misled", "p", Value("m", "likewise")]
     seen_neighbors_note: Annotated[Array, NOTE, Value("m or 1", "likewise")]
+    around: Annotated[Array, "crowd", NEIGHBORS, Value("1", "see `find_near`")]
     cells: Annotated[Array, CELL_ROWS, "crowd", Value("1", "see `cells`")]
     seen_cells: Annotated[Array, CELL_ROWS, "misled", Value("1", "likewise, of measured positions")]
 
@@ -89,11 +108,14 @@ def keep_neighbors(
         places: Positions when the set was made, shape (n, p) [m].
         note: Its skin [m], how many steps it has held, the harmonic mean of the distances to
             the nearest when it was made [m], the mean number of candidates, the largest radius [m],
-            and the grid: its corner [m], cells per meter and number of cells, three each; shape (NOTE,).
-        cells: The robots sorted by cells when the set was made, shape (CELL_ROWS, n).
+            the grid: its corner [m], cells per meter and number of cells, three each, the most by which a
+            distance between two robots has changed since [m], and how many sets were made; shape (NOTE,).
+        cells: The robots sorted by cells when the set was made, and how near others were to each: from center
+            to center and from surface to surface [m], a little less; shape (CELL_ROWS, n).
     """
     note[AGE] += 1.0
-    if not _holds(points, places, note[SKIN]):  # the skin is 0 at first
+    note[MOVED] = _change(points, places, note[SKIN])
+    if not note[MOVED] < note[SKIN]:  # the skin is 0 at first
         _list_neighbors(points, radius, lists, places, note, cells)
 
 
@@ -107,21 +129,23 @@ def seen_neighbors(state: State) -> Array:
 def find_near(i: int, distance: float, to_surface: float, radius: Array, state: State, found: Array) -> int:
     """Find the other robots within a distance of one, by measured positions.
 
+    In a crowd, those that may come so near before lists are made again are kept in the robot's row of
+    `around`: their number, the distance for which that is so, the set of lists that it is of, and they.
+
     Args:
         i: Which robot, from 0.
         distance: From its center [m].
         to_surface: 1 if the distance ends at surfaces, 0 at centers.
         radius: Shape (n,) [m].
-        state: Gives positions and lists.
-        found: Result: which robots.
+        state: Gives positions and lists; `around` is written.
+        found: Result: which robots, in ascending order.
 
     Returns:
         How many; `ALL` where there are more than `found` holds.
     """
     q, count = state.q_measured, 0
-    n, p = q.shape
     if seen_neighbors(state).shape[0] == 0:
-        for j in range(n):
+        for j in range(q.shape[0]):
             if j != i:
                 count = _add_near(i, j, distance + to_surface * radius[j], q, found, count)
         return count if count <= found.shape[0] else int(ALL)
@@ -129,9 +153,43 @@ def find_near(i: int, distance: float, to_surface: float, radius: Array, state: 
     cells = state.seen_cells if misled else state.cells
     places = state.seen_neighbors_places if misled else state.neighbors_places
     note = state.seen_neighbors_note if misled else state.neighbors_note
+    row, bodies = state.around[i], to_surface * note[WIDEST]
+    reach = ROUNDING * (distance + bodies + note[MOVED])
+    if row[FOR] != note[MADE] or reach > row[REACH]:
+        row[FOR], row[REACH] = note[MADE], ROUNDING * (WIDER * distance + bodies + note[SKIN])
+        row[COUNT] = _search(i, row[REACH], row[REACH], 0.0, places, places, note, cells, row[AROUND:])
+    if row[COUNT] == ALL:
+        return _search(i, reach, distance, to_surface, q, places, note, cells, found)
+    for place in range(AROUND, AROUND + int(row[COUNT])):
+        j = int(row[place])
+        count = _add_near(i, j, distance + to_surface * radius[j], q, found, count)
+    return count if count <= found.shape[0] else int(ALL)
+
+
+@kernel
+def _search(
+    i: int, reach: float, distance: float, to_surface: float, q: Array, places: Array, note: Array,
+    cells: Array, found: Array,
+) -> int:  # fmt: skip
+    """Finds the other robots within a distance of one among those that were within reach of it.
+
+    Args:
+        i: Which robot, from 0.
+        reach: From its center, when the lists were made [m].
+        distance: From its center [m].
+        to_surface: 1 if the distance ends at surfaces, 0 at centers.
+        q: Positions, shape (n, p) [m].
+        places: Positions when the lists were made, likewise.
+        note: See `keep_neighbors`.
+        cells: Likewise.
+        found: Result: which robots, in ascending order.
+
+    Returns:
+        How many; `ALL` where there are more than `found` holds.
+    """
+    p, count = q.shape[1], 0
     corner, rate, counts = _grid(note)
-    block = vector_at(stack_memory(), 6)
-    reach = ROUNDING * (distance + to_surface * note[WIDEST] + note[SKIN])
+    block, hits = vector_at(stack_memory(), 6), stack_rows(1)
     for k in range(3):
         block[k], block[3 + k] = 0.0, 1.0
         if k < p:
@@ -140,14 +198,38 @@ def find_near(i: int, distance: float, to_surface: float, radius: Array, state: 
     for c in range(int(block[2]), int(block[5])):
         for b in range(int(block[1]), int(block[4])):
             begin, end = slots_of(b, c, int(block[0]), int(block[3]), counts, cells)
-            for slot in range(begin, end):
-                square = 0.0
+            for first in range(begin, end, WIDTH):
+                square = everywhere(0.0)
                 for k in range(min(p, 3)):
-                    square += (cells[PLACE + k, slot] - places[i, k]) ** 2
-                j = int(cells[ORDER, slot])
-                if square <= reach * reach and j != i:
-                    count = _add_near(i, j, distance + to_surface * cells[RADIUS, slot], q, found, count)
+                    way = load(cells[PLACE + k], first) - places[i, k]
+                    square = square + way * way
+                hit = there(end - first) & (square < reach * reach)
+                hit = hit & (abs(load(cells[ORDER], first) - float(i)) > 0.5)
+                if not any_of(hit):
+                    continue
+                set_row(hits, 0, where(hit, 1.0, 0.0))
+                for slot in range(first, min(first + WIDTH, end)):
+                    if hits[0, slot - first] > 0.5:
+                        look, j = distance + to_surface * cells[RADIUS, slot], int(cells[ORDER, slot])
+                        count = _add_near(i, j, look, q, found, count)
     return count if count <= found.shape[0] else int(ALL)
+
+
+@inlined
+def empty_around(i: int, to_surface: float, state: State) -> Lanes:
+    """Return a distance within which each of robots i to i + 7 has no other, by measured positions [m].
+
+    It is what the lists say without a look at others: how near they were, less what may have changed since.
+
+    Args:
+        i: First robot, from 0.
+        to_surface: 1 for distances between surfaces, 0 between centers.
+        state: Gives lists of a crowd.
+    """
+    misled = state.seen_neighbors.shape[0] > 0
+    cells = state.seen_cells if misled else state.cells
+    note = state.seen_neighbors_note if misled else state.neighbors_note
+    return load(cells[NEAREST + int(to_surface)], i) - ROUNDING * note[MOVED]
 
 
 @inlined
@@ -202,8 +284,8 @@ def _looks_at_all(i: int, lists: Array) -> bool:
 
 
 @merged
-def _holds(points: Array, places: Array, skin: float) -> bool:
-    """Whether no distance between two robots can have changed by as much as the skin.
+def _change(points: Array, places: Array, enough: float) -> float:
+    """Return a length by which no distance between two robots can have changed [m].
 
     It changes by no more than the diagonal of the box of all ways gone, and by no more than twice the longest
     of them, as seen from the middle of that box. So a team may go anywhere together.
@@ -211,7 +293,7 @@ def _holds(points: Array, places: Array, skin: float) -> bool:
     Args:
         points: Positions now, shape (n, p) [m].
         places: Positions then, shape (n, p) [m].
-        skin: [m].
+        enough: No less is asked for than anything below this [m].
     """
     n, p = points.shape
     middle, diagonal = vector_at(stack_memory(), p), 0.0
@@ -226,8 +308,8 @@ def _holds(points: Array, places: Array, skin: float) -> bool:
         first, last = -largest(-low), largest(high)
         middle[k] = 0.5 * (first + last)
         diagonal += (last - first) * (last - first)
-    if diagonal < skin * skin:
-        return True
+    if diagonal < enough * enough:
+        return math.sqrt(diagonal)
     longest = everywhere(0.0)
     for i in range(0, n, WIDTH):
         square = everywhere(0.0)
@@ -235,7 +317,7 @@ def _holds(points: Array, places: Array, skin: float) -> bool:
             way = gather(points, i * p + k, p) - gather(places, i * p + k, p) - middle[k]
             square = square + way * way
         longest = greatest(longest, where(there(n - i), square, 0.0))
-    return 4.0 * largest(longest) < skin * skin
+    return 2.0 * math.sqrt(largest(longest))
 
 
 @kernel
@@ -269,7 +351,8 @@ def _list_neighbors(
     for i in range(n):
         length += lists[i, COUNT] if lists[i, COUNT] != ALL else lists.shape[1]
     note[SPACING], note[LENGTH] = n / total, length / n
-    note[AGE], note[WIDEST] = 0.0, largest
+    note[AGE], note[WIDEST], note[MOVED] = 0.0, largest, 0.0
+    note[MADE] += 1.0
 
 
 @inlined
@@ -277,7 +360,7 @@ def _list_one(
     slot: int, skin: float, largest: float, size: float, counts: Array, here: Array, lists: Array,
     points: Array, cells: Array,
 ) -> float:  # fmt: skip
-    """Lists the candidates of the robot in one slot.
+    """Lists the candidates of the robot in one slot, and notes how near the nearest are.
 
     Args:
         slot: Place in the order of cells.
@@ -310,7 +393,7 @@ def _list_one(
         wider = 2.0 * around if need == math.inf else max(need / size, float(around)) + 1.0
         around = int(wider) if wider < widest else widest  # also where it is too large for an integer
     square = (ROUNDING * distance + 2.0 * skin) ** 2
-    clearance += 2.0 * skin
+    nearest, clearance = clearance, clearance + 2.0 * skin
     row, found = lists[i], 0
     for place in range(count):
         apart, other = cells[SQUARES, place], int(cells[SLOTS, place])
@@ -320,6 +403,8 @@ def _list_one(
             if found < row.shape[0]:
                 _insert(row, found, order[other])
     row[COUNT] = found if found < row.shape[0] else ALL
+    bodies = own + largest
+    cells[NEAREST, i], cells[NEAREST + 1, i] = distance / ROUNDING, (nearest + bodies) / ROUNDING - bodies
     return distance
 
 

@@ -12,13 +12,28 @@ from typing import Annotated, Any
 
 from escort_mj.behaviors.avoid_obstacles import mate_within
 from escort_mj.control.nsb import avoidance_of
-from escort_mj.control.outer_loops.passing import Rules, approach, horizon
+from escort_mj.control.outer_loops.passing import Rules, approach, horizon, horizon_lanes
 from escort_mj.knowledge.belief import target_speed
 from escort_mj.native.fields import Array, Fields, Value
 from escort_mj.native.kernels import inlined, merged, stack_memory, vector_at
-from escort_mj.native.lanes import WIDTH, everywhere, gather, greatest, largest, there, where
+from escort_mj.native.lanes import (
+    WIDTH,
+    Lanes,
+    any_of,
+    everywhere,
+    gather,
+    greatest,
+    largest,
+    root,
+    row_of,
+    set_row,
+    stack_rows,
+    store,
+    there,
+    where,
+)
 from escort_mj.native.on_demand import on_demand
-from escort_mj.numerics.neighbors import ALL, ROUNDING, find_near, seen_neighbors
+from escort_mj.numerics.neighbors import ALL, ROUNDING, empty_around, find_near, seen_neighbors
 from escort_mj.plan import Plan, State
 
 NEAR = 64  # teammates that may be near enough to matter; of more, all are looked at
@@ -56,30 +71,56 @@ def bound_velocities(plan: Plan, state: State) -> None:
 
 
 @inlined
-def is_met(
-    robot: int, level: int, alike: float, own: float, far: float, avoid: Any, rules: Rules, plan: Plan,
+def who_is_met(
+    i: int, level: int, alike: Lanes, own: Lanes, far: Lanes, avoid: Any, rules: Rules, plan: Plan,
     state: State,
-) -> bool:  # fmt: skip
-    """Whether a teammate in a crowd is so near, or comes so fast, that it may bind what a robot wants.
+) -> Lanes:  # fmt: skip
+    """Return 1 for those of robots i to i + 7 of a crowd that have to look at a teammate, else 0.
+
+    It is so near, or comes so fast, that it may bind what the robot wants.
 
     Args:
-        robot: From 0.
+        i: First robot, from 0.
         level: Which one avoidance is.
-        alike: Speed at which it could meet one that keeps to its half [m/s].
-        own: How fast what it wants is in the common frame [m/s].
-        far: Margin at which it matters that the fastest teammate comes [m].
+        alike: Speeds at which they could meet one that keeps to its half [m/s].
+        own: How fast what they want is in the common frame [m/s].
+        far: Margins at which it matters that the fastest teammate comes [m].
         avoid: Parameters of avoid_obstacles.
-        rules: How fast it may come nearer.
+        rules: How fast they may come nearer.
         plan: Gives radii.
         state: Gives measured positions and velocities, lists, and what robots want, `v_d`.
     """
+    n, speeds = state.q.shape[0], stack_rows(4)
+    within = avoid.teammate_distance + far
+    looks = there(n - i) & (within > empty_around(i, float(avoid.measure), state))
+    if not any_of(looks):
+        return everywhere(0.0)
+    set_row(speeds, 0, alike)
+    set_row(speeds, 1, own)
+    set_row(speeds, 2, within)
+    set_row(speeds, 3, where(looks, 1.0, 0.0))
+    for robot in range(i, min(i + WIDTH, n)):
+        lane = robot - i
+        if speeds[3, lane] > 0.5 and not _is_met(
+            robot, level, speeds[0, lane], speeds[1, lane], speeds[2, lane], avoid, rules, plan, state
+        ):
+            speeds[3, lane] = 0.0
+    return row_of(speeds, 3)
+
+
+@inlined
+def _is_met(
+    robot: int, level: int, alike: float, own: float, within: float, avoid: Any, rules: Rules, plan: Plan,
+    state: State,
+) -> bool:  # fmt: skip
+    """Whether a teammate may bind what one robot wants, see `who_is_met`; none does that is not `within`."""
     lists, q, radius, wanted = seen_neighbors(state), state.q_measured, plan.robot_radius, state.v_d[robot]
     safe = avoid.teammate_distance
-    if not mate_within(safe + far, robot, avoid, q, radius, lists):
-        return False
     if mate_within(safe + horizon(alike, rules), robot, avoid, q, radius, lists):
         return True
     if state.pace_level[0] != level:
+        if not mate_within(within, robot, avoid, q, radius, lists):
+            return False
         _find_met(level, rules.rate, rules.braking, rules.cone, plan, state)
     if state.pace_met[robot] > ROUNDING * own and (
         2.0 * own <= ROUNDING * alike
@@ -177,27 +218,42 @@ def _find_met(level: int, rate: float, braking: float, cone: float, plan: Plan, 
     """
     avoid, rules = avoidance_of(level, plan), Rules(rate, braking, cone, 1.0, 0.0, 0.0)
     n, p = state.q.shape
-    near, to_surface, lists = vector_at(stack_memory(), NEAR), float(avoid.measure), seen_neighbors(state)
+    lists, to_surface, within = seen_neighbors(state), float(avoid.measure), stack_rows(1)
     state.pace_level[0] = level
-    for i in range(n):
-        state.pace_met[i] = math.inf
-    for j in range(n):
-        far = horizon(2.0 * ROUNDING * _apart_from(state.v_measured[j], state), rules)
-        safe = avoid.teammate_distance + to_surface * plan.robot_radius[j]
-        if not mate_within(
-            avoid.teammate_distance + far, j, avoid, state.q_measured, plan.robot_radius, lists
-        ):
+    for i in range(0, n, WIDTH):
+        store(state.pace_met, i, everywhere(math.inf))
+    for first in range(0, n, WIDTH):
+        square = everywhere(0.0)
+        for k in range(p):
+            way = gather(state.v_measured, first * p + k, p) - state.pace_frame[k]
+            square = square + way * way
+        far = avoid.teammate_distance + horizon_lanes(2.0 * ROUNDING * root(square), rules)
+        looks = there(n - first) & (far > empty_around(first, to_surface, state))
+        if not any_of(looks):
             continue
-        count = find_near(j, safe + far, to_surface, plan.robot_radius, state, near)
-        everyone = count == int(ALL)
-        for place in range(n if everyone else count):
-            i = place if everyone else int(near[place])
-            square = closing = 0.0
-            for k in range(p):
-                way = state.q_measured[i, k] - state.q_measured[j, k]
-                square += way * way
-                closing += way * (state.v_measured[j, k] - state.pace_frame[k])
-            if closing > 0.0 and i != j:
-                apart = math.sqrt(square)
-                margin = apart - safe - to_surface * plan.robot_radius[i]
-                state.pace_met[i] = min(state.pace_met[i], approach(margin, rules) - closing / apart)
+        set_row(within, 0, where(looks, far, 0.0))
+        for j in range(first, min(first + WIDTH, n)):
+            look = within[0, j - first]
+            if look > 0.0 and mate_within(look, j, avoid, state.q_measured, plan.robot_radius, lists):
+                _note_met(j, look, avoid, rules, plan, state)
+
+
+@inlined
+def _note_met(j: int, within: float, avoid: Any, rules: Rules, plan: Plan, state: State) -> None:
+    """Note in `pace_met` from which speed on each robot within a distance of robot j may be bound by it."""
+    n, p = state.q.shape
+    near, to_surface = vector_at(stack_memory(), NEAR), float(avoid.measure)
+    bodies = to_surface * plan.robot_radius[j]
+    count = find_near(j, within + bodies, to_surface, plan.robot_radius, state, near)
+    everyone = count == int(ALL)
+    for place in range(n if everyone else count):
+        i = place if everyone else int(near[place])
+        square = closing = 0.0
+        for k in range(p):
+            way = state.q_measured[i, k] - state.q_measured[j, k]
+            square += way * way
+            closing += way * (state.v_measured[j, k] - state.pace_frame[k])
+        if closing > 0.0 and i != j:
+            apart = math.sqrt(square)
+            margin = apart - avoid.teammate_distance - bodies - to_surface * plan.robot_radius[i]
+            state.pace_met[i] = min(state.pace_met[i], approach(margin, rules) - closing / apart)

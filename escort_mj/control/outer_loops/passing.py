@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from escort_mj.control.outer_loops.nearby import turn
 from escort_mj.native.kernels import inlined
+from escort_mj.native.lanes import Lanes, where
 from escort_mj.numerics.vectors import length_of
 
 Array = NDArray[np.float64]
@@ -57,6 +58,16 @@ def horizon(speed: float, rules: Rules) -> float:
     if speed * rules.rate <= rules.braking:
         return speed / rules.rate
     return 0.5 * (speed * speed / rules.braking + rules.braking / (rules.rate * rules.rate))
+
+
+@inlined
+def horizon_lanes(speed: Lanes, rules: Rules) -> Lanes:
+    """Return the same for eight speeds [m]."""
+    if rules.cone != 0.0:
+        return 0.0 * speed
+    per_rate = 1.0 / rules.rate  # a division of lanes costs as much as ten products
+    far = speed * speed * (0.5 / rules.braking) + 0.5 * rules.braking * per_rate * per_rate
+    return where(speed * rules.rate > rules.braking, far, speed * per_rate)
 
 
 @inlined

@@ -26,7 +26,7 @@ from escort_mj.control.outer_loops.detour import (
     keep_detour,
     next_detour,
 )
-from escort_mj.control.outer_loops.meeting import is_met
+from escort_mj.control.outer_loops.meeting import who_is_met
 from escort_mj.control.outer_loops.nearest_velocity import (
     STIFFNESS,
     break_least,
@@ -36,7 +36,13 @@ from escort_mj.control.outer_loops.nearest_velocity import (
     step_aside,
 )
 from escort_mj.control.outer_loops.outer_loop import OuterLoop, runs_now, slow_down
-from escort_mj.control.outer_loops.passing import FASTER, Rules, breadth_of, lead_of
+from escort_mj.control.outer_loops.passing import (
+    FASTER,
+    Rules,
+    breadth_of,
+    horizon_lanes,
+    lead_of,
+)
 from escort_mj.knowledge.belief import target_rows, target_speed, target_velocity_rows
 from escort_mj.knowledge.teammates import find_nearest_heard
 from escort_mj.native.fields import Array
@@ -52,7 +58,6 @@ from escort_mj.native.lanes import (
     load_rows,
     root,
     row_of,
-    set_row,
     stack_rows,
     store,
     where,
@@ -191,10 +196,10 @@ def _may_bind(i: int, level: int, avoid: Any, rules: Rules, plan: Plan, state: S
         look = rules.target_distance + to_surface * (own + rules.target_radius)
         outrun = pace > FASTER * most
         look = look + where(outrun, look * pace / most, 0.0)
-        look = look + _horizon(where(outrun, speed + pace, relative), rules)
+        look = look + horizon_lanes(where(outrun, speed + pace, relative), rules)
         found = where(to_target < look * look, 1.0, found)
     fastest = fastest_obstacle(state)
-    away, lead = _horizon(speed + fastest, rules), lead_of(fastest, most)
+    away, lead = horizon_lanes(speed + fastest, rules), lead_of(fastest, most)
     for j in range(plan.obstacle_radius.shape[0]):
         from_there = rows_at(state, q, i) - obstacle_places(i, j, plan, state)
         square = dot(from_there, from_there)
@@ -204,23 +209,13 @@ def _may_bind(i: int, level: int, avoid: Any, rules: Rules, plan: Plan, state: S
         look = look + away
         found = where(square < look * look, 1.0, found)
     alike = 2.0 * (relative if plan.target_feedforward else speed)
-    far = _horizon(greatest(alike, root(closing) + state.pace_most[0]), rules)
+    far = horizon_lanes(greatest(alike, root(closing) + state.pace_most[0]), rules)
     listed = seen_neighbors(state).shape[0] > 0
     if avoid.teammate_distance > 0.0 and listed:
-        speeds = stack_rows(3)
-        set_row(speeds, 0, alike)
-        set_row(speeds, 1, root(closing))
-        set_row(speeds, 2, far)
-        for robot in range(i, min(i + WIDTH, n)):
-            lane = robot - i
-            near = is_met(
-                robot, level, speeds[0, lane], speeds[1, lane], speeds[2, lane], avoid, rules, plan, state
-            )
-            state.detour_near[robot] = 1.0 if near else 0.0
-        found = where(load(state.detour_near, i) > 0.5, 1.0, found)
+        found = greatest(found, who_is_met(i, level, alike, root(closing), far, avoid, rules, plan, state))
     if avoid.heard_distance > 0.0:
         find_nearest_heard(i, avoid.heard_distance, to_surface, plan, state)
-        ahead = _horizon(greatest(alike, load(state.heard_pace, i)), rules)
+        ahead = horizon_lanes(greatest(alike, load(state.heard_pace, i)), rules)
         found = where(load(state.heard_margin, i) < ahead, 1.0, found)
     failing = plan.failure_start.shape[0] > 0
     if failing or (avoid.teammate_distance > 0.0 and not listed):
@@ -260,9 +255,9 @@ def _mates_near(
         if failed:
             safe = max(safe, avoid.safe_distance)
             drifts = length_of(state.v_measured[j])
-            ahead, nearer = _horizon(speed + drifts, rules), 1.0 + lead_of(drifts, plan.max_speed)
+            ahead, nearer = horizon_lanes(speed + drifts, rules), 1.0 + lead_of(drifts, plan.max_speed)
         elif exactly:
-            ahead = _horizon(greatest(alike, _closing(j, wanted, state)), rules)
+            ahead = horizon_lanes(greatest(alike, _closing(j, wanted, state)), rules)
         if safe <= 0.0:
             continue
         square = everywhere(0.0)
@@ -283,16 +278,6 @@ def _closing(j: int, wanted: Array, state: State) -> Lanes:
         way = state.v_measured[j, k] - row_of(wanted, k)
         square = square + way * way
     return root(square)
-
-
-@inlined
-def _horizon(speed: Lanes, rules: Rules) -> Lanes:
-    """Return the margin at which `approach` allows a speed [m]."""
-    if rules.cone != 0.0:
-        return 0.0 * speed
-    per_rate = 1.0 / rules.rate  # a division of lanes costs as much as ten products
-    far = speed * speed * (0.5 / rules.braking) + 0.5 * rules.braking * per_rate * per_rate
-    return where(speed * rules.rate > rules.braking, far, speed * per_rate)
 
 
 @inlined
