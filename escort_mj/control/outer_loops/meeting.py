@@ -49,8 +49,11 @@ class PaceState(Fields):
     ]
     pace_met: Annotated[
         Array,
-        "crowd",
+        "meeting",
         Value("m/s", "largest speed of each robot up to which no faster one binds it, in a crowd"),
+    ]
+    pace_fast: Annotated[
+        Array, "meeting", Value("m/s", "largest speed of those that may bind a slower robot, in a crowd")
     ]
 
 
@@ -122,7 +125,7 @@ def _is_met(
         if not mate_within(within, robot, avoid, q, radius, lists):
             return False
         _find_met(level, rules.rate, rules.braking, rules.cone, plan, state)
-    if state.pace_met[robot] > ROUNDING * own and (
+    if _faster(robot, own, state) == own and (
         2.0 * own <= ROUNDING * alike
         or not mate_within(safe + horizon(2.0 * own, rules), robot, avoid, q, radius, lists)
     ):
@@ -159,7 +162,7 @@ def find_meeting(
     if fastest > own and state.pace_met.shape[0] > 0:
         if state.pace_level[0] != level:
             _find_met(level, rules.rate, rules.braking, rules.cone, plan, state)
-        fastest = own if state.pace_met[robot] > ROUNDING * own else fastest
+        fastest = _faster(robot, own, state)
     near, far = horizon(alike, rules), horizon(max(alike, rules.foresees * (own + fastest)), rules)
     look = avoid.teammate_distance + to_surface * plan.robot_radius[robot] + far
     around, count = find_near(robot, look, to_surface, plan.robot_radius, state, found), 0
@@ -194,6 +197,12 @@ def _meets(
 
 
 @inlined
+def _faster(robot: int, own: float, state: State) -> float:
+    """Return the largest speed of faster ones that may bind a robot, or its own where none does [m/s]."""
+    return own if state.pace_met[robot] > ROUNDING * own else max(own, ROUNDING * state.pace_fast[robot])
+
+
+@inlined
 def _apart_from(velocity: Array, state: State) -> float:
     """Return the speed of a velocity in the common frame [m/s]."""
     square = 0.0
@@ -204,7 +213,7 @@ def _apart_from(velocity: Array, state: State) -> float:
 
 @on_demand
 def _find_met(level: int, rate: float, braking: float, cone: float, plan: Plan, state: State) -> None:
-    """Write `pace_met`: each robot looks for those that it finds within twice its own speed.
+    """Write `pace_met` and `pace_fast`: each robot looks for those that it finds within twice its own speed.
 
     A faster robot j may bind robot i from a speed of approach(margin) - r . v_j on.
 
@@ -218,10 +227,11 @@ def _find_met(level: int, rate: float, braking: float, cone: float, plan: Plan, 
     """
     avoid, rules = avoidance_of(level, plan), Rules(rate, braking, cone, 1.0, 0.0, 0.0)
     n, p = state.q.shape
-    lists, to_surface, within = seen_neighbors(state), float(avoid.measure), stack_rows(1)
+    to_surface, within = float(avoid.measure), stack_rows(1)
     state.pace_level[0] = level
     for i in range(0, n, WIDTH):
         store(state.pace_met, i, everywhere(math.inf))
+        store(state.pace_fast, i, everywhere(0.0))
     for first in range(0, n, WIDTH):
         square = everywhere(0.0)
         for k in range(p):
@@ -233,17 +243,16 @@ def _find_met(level: int, rate: float, braking: float, cone: float, plan: Plan, 
             continue
         set_row(within, 0, where(looks, far, 0.0))
         for j in range(first, min(first + WIDTH, n)):
-            look = within[0, j - first]
-            if look > 0.0 and mate_within(look, j, avoid, state.q_measured, plan.robot_radius, lists):
-                _note_met(j, look, avoid, rules, plan, state)
+            if within[0, j - first] > 0.0:
+                _note_met(j, within[0, j - first], avoid, rules, plan, state)
 
 
 @inlined
 def _note_met(j: int, within: float, avoid: Any, rules: Rules, plan: Plan, state: State) -> None:
-    """Note in `pace_met` from which speed on each robot within a distance of robot j may be bound by it."""
+    """Note which slower robots within a distance of robot j may be bound by it, and from which speed on."""
     n, p = state.q.shape
     near, to_surface = vector_at(stack_memory(), NEAR), float(avoid.measure)
-    bodies = to_surface * plan.robot_radius[j]
+    bodies, speed = to_surface * plan.robot_radius[j], _apart_from(state.v_measured[j], state)
     count = find_near(j, within + bodies, to_surface, plan.robot_radius, state, near)
     everyone = count == int(ALL)
     for place in range(n if everyone else count):
@@ -256,4 +265,7 @@ def _note_met(j: int, within: float, avoid: Any, rules: Rules, plan: Plan, state
         if closing > 0.0 and i != j:
             apart = math.sqrt(square)
             margin = apart - avoid.teammate_distance - bodies - to_surface * plan.robot_radius[i]
-            state.pace_met[i] = min(state.pace_met[i], approach(margin, rules) - closing / apart)
+            least = approach(margin, rules) - closing / apart
+            if least < ROUNDING * speed:
+                state.pace_met[i] = min(state.pace_met[i], least)
+                state.pace_fast[i] = max(state.pace_fast[i], speed)
