@@ -89,7 +89,7 @@ def pack(setup: Setup, sampling: Sampling, signals: Sequence[str] = ()) -> Array
         "pairs": PAIRS_PER_BODY * len(columns),
         "cells": CELLS_PER_PAIR * PAIRS_PER_BODY * len(columns),
         "crowd": crowd,
-        "meeting": crowd * setup.outer.meets,
+        "avoiding": crowd * setup.outer.avoids,
         "misled": crowd * (not setup.sensing.position.is_perfect),
         "past": rows_of_past(setup.sensing, n, setup.timestep),
         "kept": samples_kept(record) * sampling.kept,

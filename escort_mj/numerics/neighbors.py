@@ -76,7 +76,7 @@ class NeighborState(Fields):
     seen_neighbors: Annotated[Array, "misled", NEIGHBORS, Value("1", "likewise, of measured positions")]
     seen_neighbors_places: Annotated[Array, "misled", "p", Value("m", "likewise")]
     seen_neighbors_note: Annotated[Array, NOTE, Value("m or 1", "likewise")]
-    around: Annotated[Array, "meeting", NEIGHBORS, Value("1", "see `find_near`")]
+    around: Annotated[Array, "avoiding", NEIGHBORS, Value("1", "see `find_near`")]
     cells: Annotated[Array, CELL_ROWS, "crowd", Value("1", "see `cells`")]
     seen_cells: Annotated[Array, CELL_ROWS, "misled", Value("1", "likewise, of measured positions")]
 

@@ -49,11 +49,11 @@ class PaceState(Fields):
     ]
     pace_met: Annotated[
         Array,
-        "meeting",
+        "avoiding",
         Value("m/s", "largest speed of each robot up to which no faster one binds it, in a crowd"),
     ]
     pace_fast: Annotated[
-        Array, "meeting", Value("m/s", "largest speed of those that may bind a slower robot, in a crowd")
+        Array, "avoiding", Value("m/s", "largest speed of those that may bind a slower robot, in a crowd")
     ]
 
 
