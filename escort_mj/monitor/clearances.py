@@ -148,7 +148,7 @@ def _note(least: Array, nearest: Array, g: int, square: float, bodies: float, bo
 
 
 @inlined
-def _note_clearance(least: Array, nearest: Array, g: int, clearance: float, body: int) -> None:
+def note_clearance(least: Array, nearest: Array, g: int, clearance: float, body: int) -> None:
     """As `_note`, for a clearance that is known."""
     if clearance < least[g]:
         least[g], nearest[g] = clearance, body
@@ -167,18 +167,18 @@ def note_pair(i: int, body: int, clearance: float, plan: Plan, state: State) -> 
     """
     n = state.q.shape[0]
     group, alone = int(plan.watched_group[body]), int(plan.watched_alone[body])
-    _note_clearance(state.clearance[i], state.clearance_body[i], group, clearance, body)
+    note_clearance(state.clearance[i], state.clearance_body[i], group, clearance, body)
     if alone >= 0:
-        _note_clearance(state.clearance[i], state.clearance_body[i], alone, clearance, body)
+        note_clearance(state.clearance[i], state.clearance_body[i], alone, clearance, body)
     group, alone = int(plan.watched_group[i]), int(plan.watched_alone[i])
     if body < n:
-        _note_clearance(state.clearance[body], state.clearance_body[body], group, clearance, i)
+        note_clearance(state.clearance[body], state.clearance_body[body], group, clearance, i)
         if alone >= 0:
-            _note_clearance(state.clearance[body], state.clearance_body[body], alone, clearance, i)
+            note_clearance(state.clearance[body], state.clearance_body[body], alone, clearance, i)
     elif body == n:
-        _note_clearance(state.target_clearance, state.target_clearance_body, group, clearance, i)
+        note_clearance(state.target_clearance, state.target_clearance_body, group, clearance, i)
         if alone >= 0:
-            _note_clearance(state.target_clearance, state.target_clearance_body, alone, clearance, i)
+            note_clearance(state.target_clearance, state.target_clearance_body, alone, clearance, i)
 
 
 @inlined
@@ -202,7 +202,7 @@ def _note_robots(i: int, g: int, square: Lanes, bodies: Lanes, body: float, stat
 
 
 @inlined
-def _keep(i: int, g: int, least: Lanes, who: Lanes, state: State) -> None:
+def note_rows(i: int, g: int, least: Lanes, who: Lanes, state: State) -> None:
     """Write the clearances of robots i to i + 7 to a group, and whose they are: NOBODY's where as before."""
     groups = state.clearance.shape[1]
     before = gather(state.clearance_body, i * groups + g, groups)
@@ -238,7 +238,7 @@ def _watch_obstacles(plan: Plan, state: State, target_radius: float, sampled: bo
             body = n + 1 + j
             if g != int(plan.watched_group[body]):
                 if found:
-                    _keep(i, g, least, who, state)
+                    note_rows(i, g, least, who, state)
                 g = int(plan.watched_group[body])
                 least = gather(state.clearance, i * groups + g, groups)
                 who, found = everywhere(NOBODY), False
@@ -263,7 +263,7 @@ def _watch_obstacles(plan: Plan, state: State, target_radius: float, sampled: bo
             if sampled:
                 scatter(state.obstacle_distance, i * m + j, m, root(square))
         if found:
-            _keep(i, g, least, who, state)
+            note_rows(i, g, least, who, state)
     overlaps = False
     for j in range(m if target_radius > 0.0 else 0):
         body = n + 1 + j
@@ -271,7 +271,7 @@ def _watch_obstacles(plan: Plan, state: State, target_radius: float, sampled: bo
         if plan.shaped:
             clearance_of_target = state.obstacle_gap[n * m + j] - target_radius
             overlaps = overlaps or clearance_of_target < 0.0
-            _note_clearance(state.target_clearance, state.target_clearance_body, g, clearance_of_target, body)
+            note_clearance(state.target_clearance, state.target_clearance_body, g, clearance_of_target, body)
             continue
         square_of_target, bodies = 0.0, plan.obstacle_radius[j] + target_radius
         for k in range(p):
@@ -310,9 +310,9 @@ def _watch_single_bodies(plan: Plan, state: State, target_radius: float) -> None
                 m = plan.obstacle_radius.shape[0]
                 clearance = state.obstacle_gap[i * m + body - n - 1] - bodies
                 if i < n:
-                    _note_clearance(state.clearance[i], state.clearance_body[i], g, clearance, body)
+                    note_clearance(state.clearance[i], state.clearance_body[i], g, clearance, body)
                 else:
-                    _note_clearance(state.target_clearance, state.target_clearance_body, g, clearance, body)
+                    note_clearance(state.target_clearance, state.target_clearance_body, g, clearance, body)
                 continue
             if body > n:
                 bodies += plan.obstacle_radius[body - n - 1]
@@ -357,7 +357,7 @@ def _watch_robots(plan: Plan, state: State, sampled: bool) -> None:
             if sampled:
                 nearest = where((square < nearest) & another, square, nearest)
         if found:
-            _keep(i, g, least, who, state)
+            note_rows(i, g, least, who, state)
         if sampled:
             store(state.robot_distance_min, i, root(nearest))
 

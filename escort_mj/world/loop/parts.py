@@ -16,10 +16,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from escort_mj.monitor.clearances import MANY, note_pair
+from escort_mj.monitor.clearances import MANY, NOBODY, note_clearance, note_pair, note_rows
 from escort_mj.native.kernels import DOUBLE, double_at, inlined, pointer_at, stack_memory, vector_at
 from escort_mj.native.lanes import (
     WIDTH,
+    Lanes,
     any_of,
     everywhere,
     gather,
@@ -28,9 +29,12 @@ from escort_mj.native.lanes import (
     load,
     load_rows,
     pick,
+    root,
     row_of,
+    set_row,
     stack_rows,
     there,
+    where,
 )
 from escort_mj.native.lanes import least as lesser
 from escort_mj.native.on_demand import on_demand
@@ -61,60 +65,140 @@ def watch_parts(m: int, d: int, plan: Plan, state: State, addresses: Addresses) 
         addresses: Gives the geoms.
     """
     n, obstacles = state.q.shape[0], plan.obstacle_radius.shape[0]
+    groups, singly = state.clearance.shape[1], state.target_clearance.shape[0] > MANY
     _stretch(d, state, addresses)
-    singly = state.target_clearance.shape[0] > MANY
+    here, least = stack_rows(state.q.shape[1]), everywhere(math.inf)
     for i in range(0, n, WIDTH):
+        load_rows(state.q, i, here)
+        own, column = load(state.stretch, i), -1
         for body in range(n + 1 + obstacles):
             if body == n and addresses.target_radius == 0.0:
                 continue
-            if not singly and not any_of(_may_be_least(i, body, plan, state, addresses)):
-                continue
-            for robot in range(i, min(i + WIDTH, n)):
-                if _is_hull(robot, plan) or robot == body or (body < robot and not _is_hull(body, plan)):
+            asked, most = _asked(i, body, plan), everywhere(math.inf)
+            if not singly:
+                if column != int(plan.watched_group[body]):
+                    column = int(plan.watched_group[body])
+                    least = gather(state.clearance, i * groups + column, groups)
+                most = greatest(least, everywhere(_least_of(body, plan, state))) + NEARLY
+            other = _radius_of(body, plan, state, addresses)
+            if body > n and plan.shaped:
+                rows = lesser(lane_numbers() + float(i), float(n - 1))
+                gap = pick(state.obstacle_gap, rows * float(obstacles) + float(body - n - 1))
+                clearance = gap - own
+            else:
+                square, reach = _squares(body, here, plan, state), most + (own + other)
+                if not any_of((square < reach * reach) & asked):
                     continue
-                if body < n:
-                    _watch_robot(m, d, robot, body, plan, state, addresses)
-                elif body == n:
-                    _watch_target(m, d, robot, plan, state, addresses)
-                else:
-                    _watch_obstacle(m, d, robot, body - n - 1, plan, state, addresses)
+                away = root(square)
+                clearance = away - other - own if body > n else away - own - other
+            asked = asked & (clearance < most)
+            if singly or any_of(asked & (clearance < plan.exact_within)):
+                _note_singly(m, d, i, body, where(asked, clearance, math.inf), plan, state, addresses)
+                column = -1  # what was read of it may be less now
+                continue
+            nearer = asked & (clearance < least)
+            if any_of(nearer):
+                least = where(nearer, clearance, least)
+                note_rows(i, column, least, where(nearer, float(body), NOBODY), state)
+            if body <= n and any_of(asked & (clearance < _least_of(body, plan, state))):
+                _note_of_body(i, body, where(asked, clearance, math.inf), plan, state)
+                column = -1
 
 
 @inlined
-def _is_hull(robot: int, plan: Plan) -> bool:
-    """Whether a robot is its hull, which is watched elsewhere."""
-    return plan.watched_radius[robot] >= 0.0
+def _asked(i: int, body: int, plan: Plan) -> Any:
+    """Which of robots i to i + 7 are watched here with a body: each two robots that are no hulls once."""
+    n, robots = plan.watched_radius.shape[0], lane_numbers() + float(i)
+    parts = (load(plan.watched_radius, i) < 0.0) & there(n - i)
+    if body < n and plan.watched_radius[body] < 0.0:
+        return parts & (robots < float(body))
+    return parts & (abs(robots - float(body)) > 0.5)
 
 
 @inlined
-def _may_be_least(i: int, body: int, plan: Plan, state: State, addresses: Addresses) -> Any:
-    """Whether robots i to i + 7 are so near to a body, by the spheres around them, that it may be noted."""
+def _least_of(body: int, plan: Plan, state: State) -> float:
+    """Return a robot's or the target's least clearance to robots so far [m]; of obstacles none is noted."""
+    n, robots = state.q.shape[0], int(plan.watched_group[0])
+    if body > n:
+        return -math.inf
+    return state.clearance[body, robots] if body < n else state.target_clearance[robots]
+
+
+@inlined
+def _radius_of(body: int, plan: Plan, state: State, addresses: Addresses) -> float:
+    """Return how far a body reaches from its center [m]."""
+    n = state.q.shape[0]
+    if body > n:
+        return plan.obstacle_radius[body - n - 1]
+    return state.stretch[body] if body < n else addresses.target_radius
+
+
+@inlined
+def _squares(body: int, here: Array, plan: Plan, state: State) -> Lanes:
+    """Return the squared distances of eight robots to a body, center to center [m^2]."""
     n, p = state.q.shape
-    group, groups, obstacle = int(plan.watched_group[body]), state.clearance.shape[1], body - n - 1
-    least, own = gather(state.clearance, i * groups + group, groups), load(state.stretch, i) + NEARLY
-    others = there(n - i) & (abs(lane_numbers() + float(i - body)) > 0.5)
-    if body > n and plan.shaped:
-        rows = lesser(lane_numbers() + float(i), float(n - 1))
-        gap = pick(state.obstacle_gap, rows * float(plan.obstacle_radius.shape[0]) + float(obstacle))
-        return (gap - own < least) & others
-    here, square = stack_rows(p), everywhere(0.0)
-    load_rows(state.q, i, here)
+    square = everywhere(0.0)
     for k in range(p):
         if body > n:
-            x = row_of(here, k) - state.obstacle_position[obstacle, k]
+            x = row_of(here, k) - state.obstacle_position[body - n - 1, k]
         elif body == n:
             x = row_of(here, k) - state.target_position[k]
         else:
             x = row_of(here, k) - state.q[body, k]
         square = square + x * x
-    robots = int(plan.watched_group[0])
-    if body > n:
-        reach = least + (own + plan.obstacle_radius[obstacle])
-    elif body == n:
-        reach = greatest(least, everywhere(state.target_clearance[robots])) + (own + addresses.target_radius)
-    else:
-        reach = greatest(least, everywhere(state.clearance[body, robots])) + (own + state.stretch[body])
-    return (square < reach * reach) & others
+    return square
+
+
+@inlined
+def _note_of_body(i: int, body: int, clearance: Lanes, plan: Plan, state: State) -> None:
+    """Note the clearances of a robot or the target to robots i to i + 7, infinite where none is asked for."""
+    n, robots, row = state.q.shape[0], int(plan.watched_group[0]), stack_rows(1)
+    set_row(row, 0, clearance)
+    for robot in range(i, min(i + WIDTH, n)):
+        if body < n:
+            note_clearance(
+                state.clearance[body], state.clearance_body[body], robots, row[0, robot - i], robot
+            )
+        else:
+            note_clearance(
+                state.target_clearance, state.target_clearance_body, robots, row[0, robot - i], robot
+            )
+
+
+@inlined
+def _note_singly(
+    m: int, d: int, i: int, body: int, around: Lanes, plan: Plan, state: State, addresses: Addresses
+) -> None:
+    """Note the clearances of robots i to i + 7 and a body, by geoms where they are near.
+
+    Args:
+        m: Address of MuJoCo's model.
+        d: Address of its data.
+        i: First of the robots.
+        body: As in `note_pair`.
+        around: Clearances of the spheres around them [m]; infinite where none is asked for.
+        plan: Gives the clearance below which those here are exact.
+        state: The record's clearances are written.
+        addresses: Gives the geoms.
+    """
+    n, row = state.q.shape[0], stack_rows(1)
+    set_row(row, 0, around)
+    for robot in range(i, min(i + WIDTH, n)):
+        clearance, noted = row[0, robot - i], _noted(robot, body, plan, state)
+        if clearance >= noted:
+            continue
+        if clearance < plan.exact_within:
+            clearance = noted
+            if body < n:
+                first = int(addresses.part_span[body, START])
+                for part in range(first, first + int(addresses.part_span[body, NUMBER])):
+                    clearance = _to_geom(m, d, robot, int(addresses.parts[part]), clearance, addresses)
+            elif body == n:
+                clearance = _to_geom(m, d, robot, int(addresses.robot_geom[n]), noted, addresses)
+            else:
+                geom = int(addresses.obstacle_geom[body - n - 1])
+                clearance = _to_geom(m, d, robot, geom, noted, addresses)
+        note_pair(robot, body, clearance, plan, state)
 
 
 @inlined
@@ -126,12 +210,14 @@ def _stretch(d: int, state: State, addresses: Addresses) -> None:
     """
     for i in range(state.stretch.shape[0]):
         state.stretch[i] = addresses.part_span[i, REACH]
+    centers, motions = pointer_at(d + DATA_MASS_CENTER()), pointer_at(d + DATA_MOTION())
+    roots = pointer_at(d + DATA_CENTER())
     for row in range(addresses.limbs.shape[0]):
         limb = addresses.limbs[row]
         i = int(limb[ROBOT])
-        center = vector_at(pointer_at(d + DATA_MASS_CENTER()) + 3 * DOUBLE * int(limb[BODY]), 3)
-        motion = vector_at(pointer_at(d + DATA_MOTION()) + 6 * DOUBLE * int(limb[BODY]), 6)
-        about = vector_at(pointer_at(d + DATA_CENTER()) + 3 * DOUBLE * int(limb[ROOT]), 3)
+        center = vector_at(centers + 3 * DOUBLE * int(limb[BODY]), 3)
+        motion = vector_at(motions + 6 * DOUBLE * int(limb[BODY]), 6)
+        about = vector_at(roots + 3 * DOUBLE * int(limb[ROOT]), 3)
         square, turning, away = 0.0, 0.0, 0.0
         for k in range(3):
             a, b = (k + 1) % 3, (k + 2) % 3
@@ -146,58 +232,6 @@ def _stretch(d: int, state: State, addresses: Addresses) -> None:
             for k in range(3):  # upwards as well: parts may be above the plane of a planar mission
                 away += (center[k] - here[k]) ** 2
             state.stretch[i] = max(state.stretch[i], math.sqrt(away) + limb[LIMB])
-
-
-@inlined
-def _watch_robot(m: int, d: int, i: int, j: int, plan: Plan, state: State, addresses: Addresses) -> None:
-    """Note the clearance of two robots."""
-    square = 0.0
-    for k in range(state.q.shape[1]):
-        square += (state.q[i, k] - state.q[j, k]) ** 2
-    clearance, noted = math.sqrt(square) - state.stretch[i] - state.stretch[j], _noted(i, j, plan, state)
-    if clearance >= noted:
-        return
-    if clearance < plan.exact_within:
-        clearance = noted
-        first = int(addresses.part_span[j, START])
-        for part in range(first, first + int(addresses.part_span[j, NUMBER])):
-            clearance = _to_geom(m, d, i, int(addresses.parts[part]), clearance, addresses)
-    note_pair(i, j, clearance, plan, state)
-
-
-@inlined
-def _watch_target(m: int, d: int, i: int, plan: Plan, state: State, addresses: Addresses) -> None:
-    """Note the clearance of a robot and the target."""
-    n, square = state.q.shape[0], 0.0
-    for k in range(state.q.shape[1]):
-        square += (state.q[i, k] - state.target_position[k]) ** 2
-    clearance, noted = (
-        math.sqrt(square) - state.stretch[i] - addresses.target_radius,
-        _noted(i, n, plan, state),
-    )
-    if clearance >= noted:
-        return
-    if clearance < plan.exact_within:
-        clearance = _to_geom(m, d, i, int(addresses.robot_geom[n]), noted, addresses)
-    note_pair(i, n, clearance, plan, state)
-
-
-@inlined
-def _watch_obstacle(m: int, d: int, i: int, j: int, plan: Plan, state: State, addresses: Addresses) -> None:
-    """Note the clearance of a robot and an obstacle."""
-    n, square, gap = state.q.shape[0], 0.0, 0.0
-    if plan.shaped:
-        gap = state.obstacle_gap[i * plan.obstacle_radius.shape[0] + j]
-    else:
-        for k in range(state.q.shape[1]):
-            square += (state.q[i, k] - state.obstacle_position[j, k]) ** 2
-        gap = math.sqrt(square) - plan.obstacle_radius[j]
-    clearance, noted = gap - state.stretch[i], _noted(i, n + 1 + j, plan, state)
-    if clearance >= noted:
-        return
-    if clearance < plan.exact_within:
-        clearance = _to_geom(m, d, i, int(addresses.obstacle_geom[j]), noted, addresses)
-    note_pair(i, n + 1 + j, clearance, plan, state)
 
 
 @inlined
