@@ -8,7 +8,7 @@ import os
 import warnings
 from collections.abc import Iterable, Iterator, Mapping, Sequence, Sized
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 from escort_mj.api.runs import Run
 from escort_mj.errors import RenderError, UsageError
@@ -146,6 +146,8 @@ def start(
     scenario: Scenario | Source,
     overrides: Overrides = (),
     plugins: Sequence[str] = (),
+    *,
+    command: Literal["velocity", "force"] | None = None,
 ) -> LiveMission:
     """Start a mission that is stepped from Python, under the control of its law.
 
@@ -153,6 +155,8 @@ def start(
         scenario: A scenario, or any source that `load_scenario` accepts.
         overrides: A mapping of key paths to values, or texts `key.path=value`, to set there.
         plugins: Additional plugins: Python files or names of installed plugins.
+        command: What robots are commanded by `LiveMission.command`, instead of what the scenario's behaviors
+            lead to: reference velocities, which the law follows, or forces of motors. None for nothing.
 
     Returns:
         The mission at time 0: `step`, look at `state`, `push` robots, `move_target`, `change` gains,
@@ -165,8 +169,8 @@ def start(
     from escort_mj.api.live import LiveMission
 
     if isinstance(scenario, Scenario):
-        return LiveMission(scenario.replace(overrides) if overrides else scenario)
-    return LiveMission(load_scenario(scenario, overrides, plugins))
+        return LiveMission(scenario.replace(overrides) if overrides else scenario, command)
+    return LiveMission(load_scenario(scenario, overrides, plugins), command)
 
 
 @checked

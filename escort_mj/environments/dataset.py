@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.api import load_scenario
+from escort_mj.environments.fleet import due
 from escort_mj.environments.registration import ENVIRONMENT
 from escort_mj.environments.senses import Command, Reward, Seen, Senses
-from escort_mj.environments.simulation import due
 from escort_mj.mission import bound_of, examine
 from escort_mj.record.outcome import Outcome
 from escort_mj.scenario import Scenario

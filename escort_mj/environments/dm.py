@@ -33,22 +33,19 @@ class EscortEnvironment(dm_env.Environment):
         """Prepare a scenario; arguments as of `Simulation`."""
         self.simulation = Simulation(scenario, command, reward)
         self._seeds = Seeds(self.simulation.scenario.seed)
-        self._ended = True
 
     def reset(self) -> dm_env.TimeStep:
         """Start the next mission: the scenario's own at first, then each with a seed drawn after that one."""
         self.simulation.reset(self._seeds.next())
-        self._ended = False
         return dm_env.restart(self.simulation.observe_within())
 
     def step(self, action: Array) -> dm_env.TimeStep:
         """Advance to the next sample; the first step, and the one after the last, start again."""
-        if self._ended:
+        if not self.simulation.under_way:
             return self.reset()
         reward = float(self.simulation.step(action).mean())
         observation, outcome = self.simulation.observe_within(), self.simulation.outcome
-        self._ended = outcome is not Outcome.RUNNING
-        if not self._ended:
+        if outcome is Outcome.RUNNING:
             return dm_env.transition(reward, observation)
         if outcome is Outcome.COMPLETED:
             return dm_env.truncation(reward, observation)

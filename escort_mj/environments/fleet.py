@@ -1,4 +1,4 @@
-"""Missions of one scenario side by side, each stepped natively, in threads; no trace of them is kept.
+"""Missions of one scenario side by side, each stepped natively, in threads.
 
 A thread needs no Python while MuJoCo and the law take a mission's steps, and little between two missions: it
 takes the next one that no thread has, so that none waits for a slower core. Machine code finds observations
@@ -9,9 +9,11 @@ threads.
 
 from __future__ import annotations
 
+import time
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from functools import lru_cache, partial
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,21 +23,59 @@ from escort_mj.api import load_scenario
 from escort_mj.control.custom.native import any_failure
 from escort_mj.environments.rivals import RivalReward, Rivals
 from escort_mj.environments.senses import Command, Reward, Seen, Senses
-from escort_mj.environments.simulation import OneSide, next_hop
-from escort_mj.mission import bound_of, examine
+from escort_mj.errors import UsageError
+from escort_mj.mission import Flight, completed, examine, take_back
+from escort_mj.mission.session import Session
+from escort_mj.native.on_demand import waited
 from escort_mj.record.outcome import Outcome
 from escort_mj.scenario import Scenario
 from escort_mj.scenario.arguments import Source
-from escort_mj.scenario.mission import Mission
+from escort_mj.scenario.geometry.steps import Schedule
+from escort_mj.snapshots import WORDS, Snapshot, mission_mark
 from escort_mj.study.engine.parallel import cores
 from escort_mj.world.callback import native_loop
-from escort_mj.world.model.build import World, build
-from escort_mj.world.plant import Plant
+from escort_mj.world.plant import Mark
 
 Array = NDArray[np.float64]
-
+OneSide = Literal["robots", "opponents"]
+Side = Literal[OneSide, "both"]
 
 HOPS = 2**14  # ways to a next sample that are remembered
+
+
+def due(schedule: Schedule, taken: int) -> int:
+    """Return how many samples to take until the next command: one, and more where a window begins or ends.
+
+    Args:
+        schedule: When samples are taken.
+        taken: How many have been taken.
+    """
+    now = schedule.step(taken - 1) if taken else -1
+    until = min((now // schedule.stride + 1) * schedule.stride, schedule.last)
+    return schedule.before(until + 1) - taken
+
+
+def next_hop(schedule: Schedule, taken: int) -> tuple[int, int]:
+    """Return how many samples to take until the next command, and how many physics steps are taken then.
+
+    Args:
+        schedule: When samples are taken.
+        taken: How many have been taken.
+    """
+    count = due(schedule, taken)
+    return count, schedule.step(taken + count - 1) + 1
+
+
+class Taken(NamedTuple):
+    """Samples of a mission since the last command, shape (k, record_size), and episodes that ended meanwhile.
+
+    Attributes:
+        marks: Moments between which what acts from outside stays the same, with the sample that comes next.
+    """
+
+    rows: Array
+    episodes: Array
+    marks: list[tuple[int, Mark]]
 
 
 class Fleet:
@@ -43,15 +83,16 @@ class Fleet:
 
     Attributes:
         scenario: What all of them fly.
+        missions: Each of them, to push robots and to look at.
         senses: What robots observe and what is asked of them.
-        rivals: The opponents of each mission; empty where robots are commanded.
+        rivals: The opponents of each mission; empty where they are not commanded.
         members: How many robots or opponents are commanded in each mission.
         limits: The largest size of each number that one of them observes, shape (width,).
-        outcome: How each mission stands.
-        words: The same in words, shape (N,).
+        words: How each mission stands, in words, shape (N,).
         completed: Which missions have come to their end, shape (N,).
         decided: Which have no opponent left that is commanded, shape (N,).
         broken: Which missions have ended otherwise, shape (N,).
+        begun: Which have been put at a start, shape (N,).
         touching: Which robots have touched anything since the last command, shape (N, n).
     """
 
@@ -62,8 +103,10 @@ class Fleet:
         command: Command = "velocity",
         reward: Reward | None = None,
         threads: int | None = None,
-        side: OneSide = "robots",
+        side: Side = "robots",
         rival_reward: RivalReward | None = None,
+        *,
+        keep: bool = False,
     ) -> None:
         """Prepare missions; `begin` starts them.
 
@@ -75,37 +118,39 @@ class Fleet:
             threads: How many step missions; None for one per core.
             side: Who is commanded.
             rival_reward: Weights of what is asked of opponents; None for those of `RivalReward`.
+            keep: Whether missions keep their samples, for `flight`.
 
         Raises:
             UsageError: If forces are to be commanded and there is no limit to scale them by, or opponents and
                 there are none.
         """
-        self._command, self._opposed = command, side == "opponents"
+        self._side, self._command, self._keep = side, command, keep
         self._rival_reward, weights = rival_reward or RivalReward(), reward or Reward()
         threads = cores() if threads is None else int(threads)
         self.scenario = scenario if isinstance(scenario, Scenario) else load_scenario(scenario)
-        world = self._build(self.scenario)
-        plant = Plant(world)  # each mission gets its own when it begins
-        self._worlds: list[World] = [world] * count
-        self._plants: list[Plant] = [plant] * count
-        self.senses = Senses(plant, count, command, weights)
-        self._bounds = [bound_of(self.scenario, world)] * count
-        self.rivals = [Rivals(plant, self._rival_reward) for _ in range(count * self._opposed)]
-        self.members = self.rivals[0].count if self._opposed else self.senses.robots
-        self.limits: Seen = self.rivals[0].limits if self._opposed else self.senses.limits(self._bounds[0])
-        self.outcome = [Outcome.RUNNING] * count
+        self._mark = mission_mark(self.scenario, command, side, keep, left_out=WORDS | {"seed"})
+        first = self._session(self.scenario)  # each mission gets its own when it begins
+        self.missions = [first] * count
+        self.senses = Senses(first.plant, count, command, weights)
+        opposed = count * (side != "robots")
+        self.rivals = [Rivals(first.plant, self._rival_reward) for _ in range(opposed)]
+        alone = side == "opponents"
+        self.members = self.rivals[0].count if alone else self.senses.robots
+        self.limits: Seen = self.rivals[0].limits if alone else self.senses.limits(first.bound)
         self.words = np.full(count, Outcome.RUNNING.value, dtype=object)
         self.completed = np.zeros(count, dtype=bool)
         self.broken = np.zeros(count, dtype=bool)
         self.decided = np.zeros(count, dtype=bool)
+        self.begun = np.zeros(count, dtype=bool)
         self.touching = np.zeros((count, self.senses.robots), dtype=bool)
-        self._taken = [0] * count
-        self._total = world.schedule.count
-        self._next = lru_cache(HOPS)(partial(next_hop, world.schedule))
+        self._hops: list[list[int]] = [[] for _ in range(count)]  # samples kept after each command
+        self._unkept: list[tuple[Mark, int] | None] = [None] * count
+        self._last = first.world.schedule.last
+        self._next = lru_cache(HOPS)(partial(next_hop, first.world.schedule))
         # Views of each mission's memory: what is commanded, episodes that have ended, MuJoCo's warnings.
         self._given: list[Array] = [np.zeros((0,))] * count
-        self._ended = [plant.state.ended] * count
-        self._warnings = [plant.data.warning.number] * count
+        self._ended = [first.plant.state.ended] * count
+        self._warnings = [first.plant.data.warning.number] * count
         self._threads = min(threads, count)
         self._pool = ThreadPoolExecutor(self._threads - 1, "missions") if self._threads > 1 else None
 
@@ -116,41 +161,37 @@ class Fleet:
             mission: Which one, from 0.
             seed: Of starts, noise and all else that is drawn.
         """
-        scenario = self.scenario.replace(seed=seed)
-        world = self._build(scenario)
-        plant = Plant(world)
-        self._bounds[mission] = bound_of(scenario, world)
-        self.senses.enter(mission, plant, self._bounds[mission])
-        self._worlds[mission], self._plants[mission] = world, plant
-        self._given[mission] = plant.state.v_d if self._command == "velocity" else plant.state.tau
-        if self._opposed:
-            self.rivals[mission] = Rivals(plant, self._rival_reward)
-        self._ended[mission], self._warnings[mission] = plant.state.ended, plant.data.warning.number
-        self._taken[mission] = 0
-        self._stands(mission, Outcome.RUNNING)
+        self.missions[mission] = self._session(self.scenario.replace(seed=seed))
+        self._hops[mission], self._unkept[mission] = [], None
+        self._enter(mission)
 
-    def advance(self, missions: Sequence[int], commands: Array | Seen) -> Array:
+    def advance(
+        self, missions: Sequence[int], commands: Array | Seen, of_rivals: Array | None = None
+    ) -> Array:
         """Hold commands until the next ones are due; missions that have just begun take their first sample.
 
         Args:
             missions: Which ones, from 0; none has ended.
             commands: Of all N, shape (N, members, p): shares of the largest velocity or force, cut off at 1,
                 or of the speed of opponents.
+            of_rivals: Those of opponents, shape (N, o, p), where both sides are commanded.
 
         Returns:
-            Reward of each robot or opponent, shape (N, members); of other missions it means nothing.
+            Reward of each robot or, where they alone are commanded, opponent, shape (N, members); of other
+            missions it means nothing.
         """
-        senses = self.senses
-        if self._opposed:
+        senses, began = self.senses, time.perf_counter() - waited()
+        if self.rivals and (self._side == "opponents" or of_rivals is not None):
+            wanted = commands if of_rivals is None else of_rivals
             for k in missions:
-                self.rivals[k].command(commands[k])
-        else:
+                self.rivals[k].command(wanted[k])
+        if self._side != "opponents":
             np.clip(commands, -1.0, 1.0, out=senses.commanded, dtype=float)
             scaled = senses.commanded * senses.scale
             for k in missions:
                 self._given[k][...] = scaled[k]
-        several: dict[int, Array] = {}
-        with stopping.deferred(), stopping.deaf(), native_loop(self._worlds[0]):
+        several: dict[int, Taken] = {}
+        with stopping.deferred(), stopping.deaf(), native_loop(self.missions[0].world):
             waiting, pool = iter(missions), self._pool
             others = (
                 [pool.submit(self._fly, waiting, several) for _ in range(self._threads - 1)] if pool else []
@@ -160,61 +201,154 @@ class Fleet:
             finally:
                 for other in others:
                     other.result()
-        self.touching = senses.clearance <= 0.0
-        self._judge(missions, several)
-        if not self._opposed:
-            return senses.rewards
-        self.decided = np.array([each.over.all() for each in self.rivals])
-        return np.array([each.rewards for each in self.rivals])
+            self.touching = senses.clearance <= 0.0
+            self._judge(missions, several)
+            if self.rivals:
+                self.decided = np.array([each.over.all() for each in self.rivals])
+            for k in missions if self._keep else ():
+                self.missions[k].wall += time.perf_counter() - waited() - began
+        if self._side == "opponents":
+            return np.array([each.rewards for each in self.rivals])
+        return senses.rewards
 
     def observe(self) -> Seen:
         """Return what each robot or opponent of each mission knows, shape (N, members, width)."""
-        if self._opposed:
+        if self._side == "opponents":
             return np.array([each.observed for each in self.rivals])
         return self.senses.bounded(self.limits)
+
+    def snapshot(self, mission: int) -> Snapshot:
+        """Return this moment of a mission; `restore` puts any mission of such a fleet there.
+
+        Args:
+            mission: Which one, from 0.
+
+        Raises:
+            UsageError: If it has not begun.
+        """
+        if not self.begun[mission]:
+            raise UsageError("the mission is not under way: call reset")
+        found = self.missions[mission].snapshot()
+        found["hops"], found["unkept"] = tuple(self._hops[mission]), self._unkept[mission]
+        found["senses"] = self.senses.kept(mission)
+        found["rivals"] = self.rivals[mission].kept() if self.rivals else ()
+        return found
+
+    def restore(self, mission: int, snapshot: Snapshot) -> None:
+        """Put a mission at a moment; what follows has the same bits as what followed then.
+
+        Args:
+            mission: Which one, from 0; it need not have begun.
+            snapshot: Of any mission of such a fleet: same scenario and kind of commands, whatever the seed.
+
+        Raises:
+            UsageError: If it is of another scenario.
+        """
+        snapshot.check(self._mark)
+        if not self.begun[mission]:
+            self.missions[mission] = self._session(self.scenario)
+        self.missions[mission].restore(snapshot)
+        self._enter(mission)
+        self._hops[mission], self._unkept[mission] = list(snapshot["hops"]), snapshot["unkept"]
+        self.senses.put(mission, snapshot["senses"])
+        self.touching[mission] = self.senses.clearance[mission] <= 0.0
+        if self.rivals:
+            self.rivals[mission].put(snapshot["rivals"])
+            self.decided[mission] = self.rivals[mission].over.all()
+
+    def commands(self, mission: int) -> int:
+        """Return how many commands a mission has been given, the one of the first sample included."""
+        return len(self._hops[mission])
+
+    def samples(self, mission: int, since: int) -> Array:
+        """Return the samples of a mission that commands led to, without those of so many commands."""
+        return self.missions[mission].samples[self._hops[mission][since - 1] if since else 0 :]
+
+    def flight(self, mission: int) -> Flight:
+        """Return what came of a mission so far, in a fleet that keeps samples."""
+        session, unkept = self.missions[mission], self._unkept[mission]
+        if unkept is not None:
+            with native_loop(session.world):
+                session.keep(np.zeros((0, session.world.record_size)), take_back(session.plant, *unkept))
+            self._unkept[mission] = None
+        return session.flight()
 
     def close(self) -> None:
         """End the threads."""
         if self._pool is not None:
             self._pool.shutdown()
 
-    def _build(self, scenario: Scenario) -> World:
-        if self._opposed:
-            return build(Mission(scenario, opponents_outside=True))
-        return build(Mission(scenario, outside=self._command))
+    def _session(self, scenario: Scenario) -> Session:
+        commanded = None if self._side == "opponents" else self._command
+        return Session(scenario, commanded, self._side != "robots", self._mark)
 
-    def _fly(self, missions: Iterator[int], several: dict[int, Array]) -> None:
-        """Take the samples that are due in missions; where it is more than one, put them into `several`."""
+    def _enter(self, mission: int) -> None:
+        """Take up a mission where it is."""
+        session = self.missions[mission]
+        plant = session.plant
+        self.senses.enter(mission, plant, session.bound)
+        self._given[mission] = plant.state.v_d if self._command == "velocity" else plant.state.tau
+        if self.rivals:
+            self.rivals[mission] = Rivals(plant, self._rival_reward)
+        self._ended[mission], self._warnings[mission] = plant.state.ended, plant.data.warning.number
+        self.begun[mission], self.decided[mission] = True, False
+        self._stands(mission, session.outcome, session.message)
+
+    def _fly(self, missions: Iterator[int], several: dict[int, Taken]) -> None:
+        """Take the samples that are due in missions; put them into `several` where they are kept or many."""
         for k in missions:
-            plant, (count, steps) = self._plants[k], self._next(self._taken[k])
-            if count == 1:
-                plant.step(steps)
+            session, plant = self.missions[k], self.missions[k].plant
+            schedule = session.world.schedule
+            first = schedule.before(plant.steps)
+            count, end = self._next(first)
+            if count == 1 and not self._keep:
+                for until in session.stretches(end):
+                    plant.step(until - plant.steps)
+                self.senses.perceive(k)
             else:
-                several[k] = np.empty((count, plant.world.record_size))
-                plant.fill(several[k])
-            self._taken[k] += count
-            self.senses.perceive(k, several.get(k))
-            if self._opposed:
+                rows, episodes, marks = np.empty((count, session.world.record_size)), [], []
+                for until in session.stretches(end):
+                    row, last = (schedule.before(step) - first for step in (plant.steps, until))
+                    marks.append((row, plant.mark()))
+                    episodes.append(plant.fill(rows[row:last])[1])
+                    plant.step(until - plant.steps)
+                several[k] = Taken(rows, np.vstack(episodes), marks)
+                self.senses.perceive(k, rows)
+            if self.rivals:
                 self.rivals[k].perceive()
 
-    def _judge(self, missions: Sequence[int], several: dict[int, Array]) -> None:
+    def _judge(self, missions: Sequence[int], several: dict[int, Taken]) -> None:
         """Find out how missions stand, of all at once; `examine` is asked where something may be wrong."""
         if np.concatenate(self._ended).any():
-            for plant in self._plants:
-                plant.ended()  # makes room in the log
+            for each in self.missions:
+                each.plant.ended()  # makes room in the log
         warned = np.concatenate(self._warnings).any()
         if several or warned or not self.senses.sound.all() or any_failure():
             for k in missions:
-                rows = several[k] if k in several else self._plants[k].record[None]
-                _, found, _ = examine(rows, self._plants[k], self._bounds[k])
+                session = self.missions[k]
+                rows = several[k].rows if k in several else session.plant.record[None]
+                kept, found, message = examine(rows, session.plant, session.bound)
                 if found is not Outcome.COMPLETED:
-                    self._stands(k, found)
-        if max(self._taken) == self._total:
-            for k in missions:
-                if self._taken[k] == self._total and not self.broken[k]:
-                    self._stands(k, Outcome.COMPLETED)
+                    self._stands(k, found, message)
+                if self._keep:
+                    self._take(k, several[k], kept)
+        for k in missions:
+            plant = self.missions[k].plant
+            if plant.steps > self._last and not self.broken[k]:
+                self._stands(k, Outcome.COMPLETED, completed(plant.record[None]))
 
-    def _stands(self, mission: int, outcome: Outcome) -> None:
-        self.outcome[mission], self.words[mission] = outcome, outcome.value
+    def _take(self, mission: int, taken: Taken, kept: int) -> None:
+        """Keep samples; those that are not worth it are taken back later: what broke is still observed."""
+        session, hops = self.missions[mission], self._hops[mission]
+        hops.append((hops[-1] if hops else 0) + kept)
+        whole = kept == len(taken.rows)
+        session.keep(taken.rows[:kept], taken.episodes[: None if whole else 0])
+        if not whole:
+            row, mark = [(row, mark) for row, mark in taken.marks if row <= kept][-1]
+            self._unkept[mission] = mark, kept - row
+
+    def _stands(self, mission: int, outcome: Outcome, message: str) -> None:
+        self.missions[mission].outcome, self.missions[mission].message = outcome, message
+        self.words[mission] = outcome.value
         self.completed[mission] = outcome is Outcome.COMPLETED
         self.broken[mission] = outcome not in (Outcome.RUNNING, Outcome.COMPLETED)

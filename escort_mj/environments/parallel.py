@@ -15,11 +15,12 @@ try:
 except ImportError as error:
     raise ImportError(f"{error}; pip install 'escort-mj[rl]' adds what is missing") from None
 
+from escort_mj.environments.fleet import Side
 from escort_mj.environments.picture import SIZE, Camera, RenderMode, Size
 from escort_mj.environments.rivals import RivalReward
 from escort_mj.environments.seeds import Seeds
 from escort_mj.environments.senses import Command, Reward, Seen
-from escort_mj.environments.simulation import Side, Simulation
+from escort_mj.environments.simulation import Simulation
 from escort_mj.record.outcome import Outcome
 from escort_mj.report.video.live import Picture
 from escort_mj.scenario import Scenario
@@ -56,7 +57,6 @@ class EscortParallelEnv(ParallelEnv[str, Seen, NDArray[np.float32]]):
         rivals = simulation.rivals
         self._opponents = [f"opponent_{o + 1}" for o in range(rivals.count if rivals else 0)]
         self.possible_agents = [*robots, *self._opponents]
-        self.agents: list[str] = []
         self.render_mode = render_mode
         self._camera = Camera(simulation, size)
         self._seeds = Seeds(simulation.scenario.seed)
@@ -67,6 +67,16 @@ class EscortParallelEnv(ParallelEnv[str, Seen, NDArray[np.float32]]):
             self.observation_spaces |= {agent: deepcopy(seen) for agent in self._opponents}
         act = spaces.Box(-1.0, 1.0, (simulation.axes,), np.float32)
         self.action_spaces = {agent: deepcopy(act) for agent in self.possible_agents}
+
+    @property
+    def agents(self) -> list[str]:
+        """Who goes on: nobody before the start and after the end, no opponent whose way has ended."""
+        simulation, rivals = self.simulation, self.simulation.rivals
+        if not simulation.under_way:
+            return []
+        over = rivals.over if rivals else ()
+        gone = {name for name, ended in zip(self._opponents, over, strict=True) if ended}
+        return [agent for agent in self.possible_agents if agent not in gone]
 
     def observation_space(self, agent: str) -> spaces.Space[Any]:
         """What an agent observes: the same object at every call."""
@@ -87,8 +97,8 @@ class EscortParallelEnv(ParallelEnv[str, Seen, NDArray[np.float32]]):
             UsageError: If the seed is no whole number of at least 0.
         """
         self.simulation.reset(self._seeds.next(seed))
-        self.agents = list(self.possible_agents)
-        return self._observations(), {agent: {} for agent in self.agents}
+        seen = dict(zip(self.possible_agents, self._seen(), strict=True))
+        return seen, {agent: {} for agent in self.possible_agents}
 
     def step(
         self, actions: dict[str, NDArray[np.float32]]
@@ -116,7 +126,7 @@ class EscortParallelEnv(ParallelEnv[str, Seen, NDArray[np.float32]]):
         for row, agent in enumerate(self.possible_agents):
             if agent in actions:
                 given[row] = numbers(actions[agent], f"action of {agent}", shape, "shares from -1 to 1")
-        robots = len(given) - len(self._opponents)
+        robots, agents = len(given) - len(self._opponents), self.agents
         earned = simulation.step(
             given[:robots] if robots else None, given[robots:] if self._opponents else None
         )
@@ -128,16 +138,14 @@ class EscortParallelEnv(ParallelEnv[str, Seen, NDArray[np.float32]]):
             rewards, over = np.append(rewards, rivals.rewards), np.append(over, rivals.over | broken)
             infos += [{"comes": bool(comes)} for comes in rivals.comes]
         each = dict(zip(self.possible_agents, zip(rewards, over, infos, strict=True), strict=True))
-        agents = self.agents
-        result = (
-            self._observations(),
+        seen = dict(zip(self.possible_agents, self._seen(), strict=True))
+        return (
+            {agent: seen[agent] for agent in agents},
             {agent: float(each[agent][0]) for agent in agents},
             {agent: bool(each[agent][1]) for agent in agents},
             dict.fromkeys(agents, outcome is Outcome.COMPLETED),
             {agent: each[agent][2] for agent in agents},
         )
-        self.agents = [agent for agent in agents if outcome is Outcome.RUNNING and not each[agent][1]]
-        return result
 
     def state(self) -> Seen:
         """All that all agents observe, one after the other, shape (sum of widths,)."""
@@ -156,7 +164,3 @@ class EscortParallelEnv(ParallelEnv[str, Seen, NDArray[np.float32]]):
         rivals = self.simulation.rivals
         robots = self.simulation.observe_within() if len(self._opponents) < len(self.possible_agents) else ()
         return [*robots, *(rivals.observed if rivals else ())]
-
-    def _observations(self) -> dict[str, Seen]:
-        seen = dict(zip(self.possible_agents, self._seen(), strict=True))
-        return {agent: seen[agent] for agent in self.agents}

@@ -43,7 +43,7 @@ class Camera:
         simulation = self._simulation
         if not simulation.commands:
             raise UsageError("there is nothing to draw yet: call reset")
-        if self._shown is not simulation.world:
+        if self._shown != (id(simulation.world), simulation.restored):
             world, scenario = simulation.world, simulation.scenario
             self._painter.show(
                 Subject(
@@ -54,7 +54,7 @@ class Camera:
                     {name: b64encode(content).decode() for name, content in world.assets.items()},
                 )
             )
-            self._shown, self._drawn = world, 0
+            self._shown, self._drawn = (id(world), simulation.restored), 0
         recent = int(np.ceil(TRAIL * simulation.scenario.recording.rate)) + 1
         since = max(self._drawn, simulation.commands - recent)
         self._drawn = simulation.commands

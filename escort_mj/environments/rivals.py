@@ -89,6 +89,14 @@ class Rivals:
         """Find what opponents perceive now, and their rewards since the last time."""
         self._perceive(*self._given)
 
+    def kept(self) -> tuple[Array, Array]:
+        """Return copies of what is known of opponents since their last command, for `put`."""
+        return self._commanded.copy(), self._found.copy()
+
+    def put(self, kept: tuple[Array, Array]) -> None:
+        """Take up what `kept` returned."""
+        self._commanded[:], self._found[:] = kept
+
     @property
     def observed(self) -> Seen:
         """What each perceives, shape (o, width)."""

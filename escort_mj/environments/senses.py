@@ -177,6 +177,14 @@ class Senses:
             self.clearance[mission] = every.min(axis=(0, 2), initial=np.inf)
         self._perceive(*self._given[mission])
 
+    def kept(self, mission: int) -> tuple[Array, Array]:
+        """Return copies of what is known of a mission since its last command, for `put`."""
+        return self.commanded[mission].copy(), self._found[mission].copy()
+
+    def put(self, mission: int, kept: tuple[Array, Array]) -> None:
+        """Take up what `kept` returned in a mission that has entered its world."""
+        self.commanded[mission], self._found[mission] = kept
+
     def limits(self, bound: float) -> Seen:
         """Return the largest size of each number that a robot observes, shape (width,).
 

@@ -2,56 +2,23 @@
 
 from __future__ import annotations
 
-import time
-from typing import Literal
-
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from escort_mj import stopping
-from escort_mj.api import load_scenario
 from escort_mj.api.runs import Run
+from escort_mj.environments.fleet import Fleet, Side
 from escort_mj.environments.rivals import RivalReward, Rivals
-from escort_mj.environments.senses import Command, Reward, Seen, Senses
+from escort_mj.environments.senses import Command, Reward, Seen
 from escort_mj.errors import UsageError
-from escort_mj.mission import bound_of, completed, conclude, examine, take_back
-from escort_mj.native.on_demand import waited
+from escort_mj.mission.session import Session
 from escort_mj.record.outcome import Outcome
 from escort_mj.scenario import Scenario
 from escort_mj.scenario.arguments import SEEDS, Source, checked, numbers, whole_number
-from escort_mj.scenario.geometry.steps import Schedule
-from escort_mj.scenario.mission import Mission
-from escort_mj.world.callback import native_loop
-from escort_mj.world.model.build import build
-from escort_mj.world.plant import Mark, Plant
+from escort_mj.snapshots import Snapshot
+from escort_mj.world.model.build import World
+from escort_mj.world.plant import Plant
 
 Array = NDArray[np.float64]
-OneSide = Literal["robots", "opponents"]
-Side = Literal[OneSide, "both"]
-
-
-def due(schedule: Schedule, taken: int) -> int:
-    """Return how many samples to take until the next command: one, and more where a window begins or ends.
-
-    Args:
-        schedule: When samples are taken.
-        taken: How many have been taken.
-    """
-    now = schedule.step(taken - 1) if taken else -1
-    until = min((now // schedule.stride + 1) * schedule.stride, schedule.last)
-    return schedule.before(until + 1) - taken
-
-
-def next_hop(schedule: Schedule, taken: int) -> tuple[int, int]:
-    """Return how many samples to take until the next command, and how many physics steps that takes.
-
-    Args:
-        schedule: When samples are taken.
-        taken: How many have been taken.
-    """
-    count = due(schedule, taken)
-    done = schedule.step(taken - 1) + 1 if taken else 0
-    return count, schedule.step(taken + count - 1) + 1 - done
 
 
 class Simulation:
@@ -61,7 +28,7 @@ class Simulation:
     loop, if it is not replaced, runs at every physics step as in any run.
 
     Attributes:
-        scenario: What is simulated; its behaviors are not used, the rest is.
+        fleet: It, as a fleet of one.
         command: What is commanded: reference `velocity`, which the scenario's law follows, or motor `force`.
         scale: What a command of 1 means, shape (n, 1) [m/s or N].
         count: Number of robots, n.
@@ -70,7 +37,7 @@ class Simulation:
         reward: Weights of what is asked.
         limits: The largest size of each number in `observe_within`, shape (width,); the same for every seed.
         side: Who is commanded: `robots`, `opponents` or `both`; the others do as the scenario says.
-        rivals: The side of the opponents; None where they are not commanded.
+        restored: How often `restore` was called.
     """
 
     @checked
@@ -95,28 +62,58 @@ class Simulation:
             UsageError: If an argument is not of its kind, or forces are to be commanded and there is no limit
                 to scale them by, or opponents and there are none.
         """
-        self.side, self._rival_reward = side, rival_reward or RivalReward()
-        self.command, self.reward = command, reward or Reward()
-        self.scenario = scenario if isinstance(scenario, Scenario) else load_scenario(scenario)
-        self._begin()
-        self.limits: Seen = self._senses.limits(self._bound)
+        self.fleet = Fleet(scenario, 1, command, reward, 1, side, rival_reward, keep=True)
+        self.command, self.reward, self.side = command, reward or Reward(), side
+        senses = self.fleet.senses
+        self.count, self.axes, self.width = senses.robots, senses.axes, senses.width
+        self.scale: Array = senses.scale[0]
+        self.limits: Seen = senses.limits(self.session.bound)
+        self.restored = 0
 
-    def _begin(self) -> None:
-        outside = None if self.side == "opponents" else self.command
-        self.world = build(Mission(self.scenario, outside=outside, opponents_outside=self.side != "robots"))
-        self.plant = Plant(self.world)
-        self._senses = Senses(self.plant, 1, self.command, self.reward)
-        self.rivals = None if self.side == "robots" else Rivals(self.plant, self._rival_reward)
-        self.count, self.axes, self.width = self._senses.robots, self._senses.axes, self._senses.width
-        self.scale: Array = self._senses.scale[0]
-        self.outcome, self.message = Outcome.RUNNING, ""
-        self._bound = bound_of(self.scenario, self.world)
-        self._senses.enter(0, self.plant, self._bound)
-        self._samples: list[Array] = []
-        self._taken = 0
-        self._episodes: list[Array] = []
-        self._taken_back: tuple[Mark, int] | None = None
-        self._wall = 0.0
+    @property
+    def session(self) -> Session:
+        """The mission itself."""
+        return self.fleet.missions[0]
+
+    @property
+    def scenario(self) -> Scenario:
+        """What is simulated; its behaviors are not used, the rest is."""
+        return self.session.scenario
+
+    @property
+    def world(self) -> World:
+        """What is simulated now."""
+        return self.session.world
+
+    @property
+    def plant(self) -> Plant:
+        """Steps it."""
+        return self.session.plant
+
+    @property
+    def rivals(self) -> Rivals | None:
+        """The side of the opponents; None where they are not commanded."""
+        return self.fleet.rivals[0] if self.fleet.rivals else None
+
+    @property
+    def outcome(self) -> Outcome:
+        """How the mission stands."""
+        return self.session.outcome
+
+    @property
+    def message(self) -> str:
+        """How it ended, in words; empty while it runs."""
+        return self.session.message
+
+    @property
+    def time(self) -> float:
+        """Simulated time [s]."""
+        return self.session.time
+
+    @property
+    def under_way(self) -> bool:
+        """Whether it has begun and not ended."""
+        return bool(self.fleet.begun[0]) and self.outcome is Outcome.RUNNING
 
     def reset(self, seed: int | None = None, command: ArrayLike | None = None) -> None:
         """Start again, with the first sample taken.
@@ -129,10 +126,8 @@ class Simulation:
             UsageError: If an argument is not of its kind.
         """
         given = self._commanded(command)
-        if seed is not None:
-            self.scenario = self.scenario.replace(seed=whole_number(seed, "seed", SEEDS, 0))
-        self._begin()
-        self._advance(given)
+        self.fleet.begin(0, self.scenario.seed if seed is None else whole_number(seed, "seed", SEEDS, 0))
+        self._advance(given, None if self.rivals is None else np.zeros((self.rivals.count, self.axes)))
 
     def step(self, command: ArrayLike | None = None, of_rivals: ArrayLike | None = None) -> Array:
         """Hold a command until the next one is due.
@@ -149,17 +144,58 @@ class Simulation:
             UsageError: If the mission has ended, or was not started, or if a command has another shape or
                 contains a number that is not finite; the mission does not change.
         """
-        if not self._samples or self.outcome is not Outcome.RUNNING:
-            raise UsageError("the mission is not under way: call reset")
-        given = self._commanded(command)
+        self._check_under_way()
+        given, wanted = self._commanded(command), None
         if self.rivals is not None:
             shape, words = (self.rivals.count, self.axes), "one row per opponent, shares of its speed"
             wanted = np.zeros(shape) if of_rivals is None else numbers(of_rivals, "of_rivals", shape, words)
-            self.rivals.command(wanted)
         elif of_rivals is not None:
             raise UsageError("of_rivals: found commands; opponents are not commanded (side)")
-        self._advance(given)
-        return self._senses.rewards[0].copy()
+        self._advance(given, wanted)
+        return self.fleet.senses.rewards[0].copy()
+
+    def push(self, robot: int, force: ArrayLike, seconds: float | None = None) -> None:
+        """Push a robot from outside, as `LiveMission.push` does.
+
+        Args:
+            robot: Its number, from 1 as in all results.
+            force: World frame, shape (p,) [N].
+            seconds: How long [s]; None until `release`.
+
+        Raises:
+            UsageError: If the mission is not under way, or as of `LiveMission.push`.
+        """
+        self._check_under_way()
+        self.session.push(robot, force, seconds)
+
+    def release(self, robot: int | None = None) -> None:
+        """End pushes: of a robot, by its number from 1, or of all."""
+        self.session.release(robot)
+
+    def snapshot(self) -> Snapshot:
+        """Return this moment; `restore` comes back to it, as often as wanted.
+
+        Raises:
+            UsageError: If the mission was not started.
+        """
+        return self.fleet.snapshot(0)
+
+    @checked
+    def restore(self, snapshot: Snapshot) -> None:
+        """Come back to a moment; what follows has the same bits as what followed then.
+
+        Args:
+            snapshot: Of the same scenario, commanded likewise, whatever its seed; also of another simulation.
+
+        Raises:
+            UsageError: If it is of another scenario.
+        """
+        self.fleet.restore(0, snapshot)
+        self.restored += 1
+
+    def _check_under_way(self) -> None:
+        if not self.under_way:
+            raise UsageError("the mission is not under way: call reset")
 
     def _commanded(self, command: ArrayLike | None) -> Array:
         """Return commands of the robots as they were given, shape (n, p)."""
@@ -168,43 +204,14 @@ class Simulation:
             return np.zeros(shape)
         return numbers(command, "command", shape, "one row per robot, from -1 to 1")
 
-    def _advance(self, command: Array) -> None:
-        with stopping.deferred(), stopping.deaf():  # an interrupt comes when the step has ended in order
-            began = time.perf_counter() - waited()
-            commanded = self._senses.commanded[0]
-            np.clip(command, -1.0, 1.0, out=commanded, dtype=float)
-            if self.side != "opponents":
-                given = self.plant.state.v_d if self.command == "velocity" else self.plant.state.tau
-                given[:] = commanded * self.scale
-            rows = np.empty((due(self.world.schedule, self._taken), self.world.record_size))
-            mark = self.plant.mark()
-            with native_loop(self.world):
-                _, ended = self.plant.fill(rows)
-            kept, outcome, message = examine(rows, self.plant, self._bound)
-            if kept < len(rows):  # not at once: what broke is still to be observed
-                self._taken_back = mark, kept
-            else:
-                self._episodes.append(ended)
-            self._samples.append(rows[:kept])
-            self._taken += len(rows)
-            self._senses.perceive(0, rows)
-            if self.rivals is not None:
-                self.rivals.perceive()
-            self._wall += time.perf_counter() - waited() - began
-            if outcome is not Outcome.COMPLETED:
-                self.outcome, self.message = outcome, message
-            elif self._taken == self.world.schedule.count:
-                self.outcome, self.message = outcome, completed(rows)
-
-    @property
-    def time(self) -> float:
-        """Simulated time [s]."""
-        return float(self.plant.state.time[0])
+    def _advance(self, command: Array, of_rivals: Array | None) -> None:
+        wanted = None if of_rivals is None else of_rivals[None]
+        self.fleet.advance([0], command[None], wanted)
 
     @property
     def touching(self) -> NDArray[np.bool_]:
         """Which robots have touched anything since the last command, shape (n,)."""
-        return np.asarray(self._senses.clearance[0] <= 0.0)
+        return self.fleet.touching[0].copy()
 
     def observe(self) -> Array:
         """What each robot knows, by its sensors, shape (n, width).
@@ -220,11 +227,11 @@ class Simulation:
         Where robots are in teams, the target is the middle of their team's targets, teammates are members of
         the team, other robots are obstacles, and lengths are in radii of the team.
         """
-        return self._senses.observed[0].copy()
+        return self.fleet.senses.observed[0].copy()
 
     def observe_within(self) -> Seen:
         """What each robot knows, as learners take it, shape (n, width): cut off at `limits`, without NaN."""
-        return np.asarray(self._senses.bounded(self.limits)[0])
+        return np.asarray(self.fleet.senses.bounded(self.limits)[0])
 
     def samples(self, since: int) -> Array:
         """Return the samples worth keeping that commands led to, shape (k, record_size), see `signals.py`.
@@ -232,24 +239,13 @@ class Simulation:
         Args:
             since: How many commands to leave out; the first sample counts as one.
         """
-        return np.concatenate([np.zeros((0, self.world.record_size)), *self._samples[since:]])
+        return self.fleet.samples(0, since)
 
     @property
     def commands(self) -> int:
         """How many commands have been given, the one of the first sample included."""
-        return len(self._samples)
+        return self.fleet.commands(0)
 
     def run(self) -> Run:
         """What came of the mission so far, as of any run: trace, metrics and the scenario's verdicts."""
-        if self.outcome is Outcome.RUNNING:
-            outcome, message = Outcome.INTERRUPTED, f"ended from outside at {self.time:.2f} s"
-        else:
-            outcome, message = self.outcome, self.message
-        if self._taken_back is not None:
-            with native_loop(self.world):
-                self._episodes.append(take_back(self.plant, *self._taken_back))
-            self._taken_back = None
-        samples = self.samples(0)
-        episodes = np.vstack([*self._episodes, self.plant.under_way()])
-        flight = conclude(self.scenario, self.plant, samples, episodes, outcome, message, self._wall)
-        return Run(flight)
+        return Run(self.fleet.flight(0))

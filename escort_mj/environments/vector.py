@@ -14,11 +14,10 @@ try:
 except ImportError as error:
     raise ImportError(f"{error}; pip install 'escort-mj[rl]' adds what is missing") from None
 
-from escort_mj.environments.fleet import Fleet
+from escort_mj.environments.fleet import Fleet, OneSide
 from escort_mj.environments.rivals import RivalReward
 from escort_mj.environments.seeds import Seeds
 from escort_mj.environments.senses import Command, Reward, Seen
-from escort_mj.environments.simulation import OneSide
 from escort_mj.environments.single import spaces_of
 from escort_mj.errors import UsageError
 from escort_mj.scenario import Scenario
@@ -32,7 +31,8 @@ class EscortVectorEnv(VectorEnv[Seen, NDArray[np.float32], NDArray[Any]]):
     """N missions that differ by seed; each has the bits of an `EscortEnv` with its seed.
 
     Attributes:
-        fleet: The missions.
+        fleet: The missions; `fleet.snapshot(k)` and `fleet.restore(k, snapshot)` put any of them at any
+            moment, `fleet.missions[k].push` pushes a robot.
     """
 
     @checked
@@ -77,7 +77,6 @@ class EscortVectorEnv(VectorEnv[Seen, NDArray[np.float32], NDArray[Any]]):
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self.action_space = batch_space(self.single_action_space, num_envs)
         self._seeds = [Seeds(self.fleet.scenario.seed + k) for k in range(num_envs)]
-        self._over = np.ones(num_envs, dtype=bool)
         self._rest = np.zeros((num_envs, *team))
         self._begun = False
 
@@ -126,7 +125,7 @@ class EscortVectorEnv(VectorEnv[Seen, NDArray[np.float32], NDArray[Any]]):
         given = numbers(
             actions, "actions", self._rest.shape, "one row per robot of each mission, from -1 to 1"
         )
-        fresh = self._over.copy()
+        fresh = self._over
         again = fresh.any()
         if again:
             if self.autoreset_mode is not AutoresetMode.NEXT_STEP or not self._begun:
@@ -137,16 +136,21 @@ class EscortVectorEnv(VectorEnv[Seen, NDArray[np.float32], NDArray[Any]]):
         if again:
             rewards[fresh] = 0.0
         truncated, terminated = self.fleet.completed.copy(), self.fleet.broken | self.fleet.decided
-        self._over = truncated | terminated
         infos = self._infos(~fresh)
         observed = self.fleet.observe()
-        if self._over.any() and self.autoreset_mode is AutoresetMode.SAME_STEP:
+        if (terminated | truncated).any() and self.autoreset_mode is AutoresetMode.SAME_STEP:
             observed, infos = self._begin_again(observed, infos)
         return observed, rewards, terminated, truncated, infos
 
     def close_extras(self, **kwargs: Any) -> None:
         """End the threads."""
         self.fleet.close()
+
+    @property
+    def _over(self) -> Flags:
+        """Which missions have ended, or have not begun."""
+        fleet = self.fleet
+        return ~fleet.begun | fleet.completed | fleet.broken | fleet.decided
 
     def _seeds_of(self, seed: int | Sequence[int | None] | None) -> list[int | None]:
         """Return the seed of each mission; None for those whose generator goes on."""
@@ -163,7 +167,6 @@ class EscortVectorEnv(VectorEnv[Seen, NDArray[np.float32], NDArray[Any]]):
     def _begin(self, missions: Sequence[int], seeds: Sequence[int | None]) -> None:
         for k in missions:
             self.fleet.begin(k, self._seeds[k].next(seeds[k]))
-            self._over[k] = False
 
     def _infos(self, those: Flags) -> dict[str, Any]:
         """Return what is said of some missions beside observations, as Gymnasium batches it."""
@@ -179,7 +182,7 @@ class EscortVectorEnv(VectorEnv[Seen, NDArray[np.float32], NDArray[Any]]):
 
     def _begin_again(self, observed: Seen, infos: dict[str, Any]) -> tuple[Seen, dict[str, Any]]:
         """Start missions that have just ended, and put how they ended into the infos."""
-        over = self._over.copy()
+        over = self._over
         final = np.full(self.num_envs, None, dtype=object)
         for k in np.flatnonzero(over):
             final[k] = observed[k]

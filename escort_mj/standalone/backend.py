@@ -89,6 +89,10 @@ class Backend:
         np.maximum(state.force, self._least, out=state.force)
         state.force_before[:] = state.force
 
+    def command(self, kind: str, values: Array) -> None:
+        """Write what a controller is commanded, shape (n, p): reference `velocity` [m/s], or `force` [N]."""
+        (self._state.v_d if kind == "velocity" else self._state.tau)[:] = values
+
     def regroup(self, now: Knowledge, lost: Mask, returned: Mask) -> None:
         """Let the robots that are left close ranks, and take up the state of those that come back.
 

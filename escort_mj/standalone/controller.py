@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from types import MappingProxyType
-from typing import Any, Literal
+from typing import Any, Literal, NoReturn
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -28,12 +28,12 @@ from escort_mj.scenario.reader.overrides import Overrides
 from escort_mj.scenario.reader.shipped import load_scenario
 from escort_mj.scenario.schema.scenario import Scenario
 from escort_mj.sensing.sensors import Sensors
+from escort_mj.snapshots import WORDS, Snapshot, checked_arrays, marked, mission_mark
 from escort_mj.standalone.backend import CONTROL_SIGNALS, Backend, Signals
 from escort_mj.standalone.guard import Guard, Judgement
 from escort_mj.standalone.knowledge import Knowledge, Surroundings
 from escort_mj.standalone.limits import Event, Limits
 from escort_mj.standalone.lost import who_may_be_lost
-from escort_mj.standalone.saved import checked_state, marked, mission_mark
 
 Array = NDArray[np.float64]
 
@@ -45,6 +45,11 @@ BEFORE, GUARD = (
 )  # in front of what is known of the last call, and of the limits, in a saved state
 FINE = 0.01  # share of a timestep that a clock must tell apart
 PERIODS = 4  # timesteps that braking lasts at least, so that it does not overshoot
+
+
+def renamed(controller: object, *saved: object) -> NoReturn:
+    """Say what is now called otherwise."""
+    raise UsageError("state: is now snapshot() and restore(snapshot), as of missions")
 
 
 class Controller:
@@ -89,6 +94,7 @@ class Controller:
         simulate: bool = False,
         longest_gap: Positive = 0.1,
         limits: Limits | None = None,
+        command: Literal["velocity", "force"] | None = None,
     ) -> None:
         """Create the controller of a scenario.
 
@@ -104,6 +110,8 @@ class Controller:
             longest_gap: Longest time between two calls for which missed timesteps are made up for [s].
             limits: What measurements, calls and robots must stay within; None to watch nothing. Limits do not
                 go with `simulate`.
+            command: What each call is given as `commanded`, instead of what the scenario's behaviors lead to:
+                reference velocities, which the law follows, or forces. None for nothing.
 
         Raises:
             ScenarioError: With all faults of the scenario.
@@ -119,6 +127,7 @@ class Controller:
             "simulate": simulate,
             "longest_gap": longest_gap,
             "limits": limits,
+            "command": command,
         }
         self.limits = limits
         self._mission = mission_of(scenario)
@@ -196,13 +205,15 @@ class Controller:
             setup = replace(setup, sight=None, radio=None)
         if self.limits is not None and self.limits.drops:
             setup = replace(setup, failures=who_may_be_lost(setup))
+        setup = replace(setup, outside=self._options["command"])
         self._surroundings = Surroundings(setup, self._mission.obstacles, paths, self.mass)
         self._backend = Backend(setup, interpret=self._options["backend"] == "interpreted")
         self._before: Knowledge | None = None
         self._first = self._evaluated = 0.0  # times of the first call, and up to which the state has come
         self._steps = 0
         self._lost: Mask = np.zeros(self.count, dtype=bool)
-        self._mark = mission_mark(self.scenario, self._options, start.tolist())
+        own = self._options, start.tolist()
+        self._mark = mission_mark(self.scenario, *own, left_out=WORDS | {"recording", "expect"})
 
     def __call__(
         self,
@@ -216,6 +227,7 @@ class Controller:
         points: ArrayLike | None = None,
         mass: ArrayLike | None = None,
         bias: ArrayLike | None = None,
+        commanded: ArrayLike | None = None,
     ) -> Array:
         """Return the force for every robot, within its force limit, shape (n, p) [N].
 
@@ -237,6 +249,8 @@ class Controller:
             mass: Mass of each robot, shape (n,), or mass matrix, shape (n, p, p) [kg], for laws that use a
                 model; None for the scenario's mass.
             bias: Bias force of each robot, likewise, shape (n, p) [N]; None for none.
+            commanded: What robots are to do, in a controller with `command`: reference velocities [m/s] or
+                forces [N], shape (n, p); None for the last ones, at first 0.
 
         Raises:
             UsageError: If an array has a wrong shape or contains a number that is not finite, if the time
@@ -250,8 +264,9 @@ class Controller:
                 f"time: found {now:g} s, a clock on which {self.timestep:g} s cannot be told apart"
             )
         q, v, stamps = self._measured(now, positions, velocities, times)
+        wish = None if commanded is None else self._wished(commanded)
         if guard is None:
-            self._evaluate(self._known(now, q, v, target, obstacles, points, mass, bias))
+            self._evaluate(self._known(now, q, v, target, obstacles, points, mass, bias), wish)
             self.ages = self._no_age if times is None else now - stamps
             return self._force(now)
         judged = guard.judge(now, q, v, stamps)
@@ -262,7 +277,7 @@ class Controller:
                 now, watch.q, np.where(rests, 0.0, watch.v), target, obstacles, points, mass, bias
             )
             try:
-                self._evaluate(known, judged)
+                self._evaluate(known, wish, judged)
                 force = self._force(now)
             except UsageError:
                 raise
@@ -316,7 +331,18 @@ class Controller:
             )
         return force
 
-    def _evaluate(self, now: Knowledge, judged: Judgement | None = None) -> None:
+    def _wished(self, commanded: ArrayLike) -> Array:
+        """Return what robots are commanded to do, shape (n, p)."""
+        kind = self._options["command"]
+        if kind is None:
+            raise UsageError(
+                'commanded: found in a controller that its behaviors lead; expected command="velocity" or '
+                'command="force" where it is made'
+            )
+        unit = "m/s" if kind == "velocity" else "N"
+        return numbers(commanded, "commanded", (self.count, self.axes), f"one row per robot [{unit}]")
+
+    def _evaluate(self, now: Knowledge, wish: Array | None, judged: Judgement | None = None) -> None:
         """Evaluate the law for a time, and before that for the timesteps that have been missed."""
         before, due = self._before, 1
         if before is None:
@@ -324,6 +350,8 @@ class Controller:
         else:
             due = self._due(now.time, before.time)
             self._steps += due
+        if wish is not None:
+            self._backend.command(self._options["command"], wish)
         for step in range(1, due):
             assert before is not None
             self._backend.evaluate(now.since(before, step / due))
@@ -423,11 +451,10 @@ class Controller:
             found[name] = value if signal.dims else value.reshape(())[()]
         return found
 
-    @property
-    def state(self) -> dict[str, Any]:
-        """Copy of everything that later calls depend on; set it to continue from there, bit for bit.
+    def snapshot(self) -> Snapshot:
+        """Return everything that later calls depend on; `restore` continues from there, bit for bit.
 
-        It contains arrays only, for example for `numpy.savez`, and suits every controller of the same
+        It consists of arrays only, for example for `numpy.savez`, and suits every controller of the same
         scenario, start, backend and limits.
         """
         found = self._backend.save()
@@ -439,9 +466,17 @@ class Controller:
             found |= {GUARD + name: value for name, value in self._guard.save().items()}
         return marked(found, self._mark)
 
-    @state.setter
-    def state(self, saved: Mapping[str, Any]) -> None:
-        state = checked_state(saved, self._mark, left_out=("known", "heard_at"))
+    def restore(self, snapshot: Mapping[str, Any]) -> None:
+        """Come back to a moment.
+
+        Args:
+            snapshot: What `snapshot` returned, also read from a file, such as by `numpy.load`.
+
+        Raises:
+            UsageError: If it is anything else, of another mission, start, backend or limits, or has been
+                changed; the controller does not change.
+        """
+        state = checked_arrays(snapshot, self._mark, left_out=("known", "heard_at"))
         self._backend.load(state)
         first, evaluated, steps = (float(each) for each in state["clock"])
         self._first, self._evaluated, self._steps = first, evaluated, round(steps)
@@ -450,6 +485,8 @@ class Controller:
         if self._guard is not None:
             self._guard.load({name.removeprefix(GUARD): value for name, value in state.items()})
             self._lost, self.ages = self._guard.watch.out.copy(), self._guard.ages
+
+    state = property(renamed, renamed)
 
     def robot(self, number: int) -> RobotController:
         """Return the controller of one robot, for software that runs on it, with its own state.
@@ -509,6 +546,7 @@ class RobotController:
         points: ArrayLike | None = None,
         mass: ArrayLike | None = None,
         bias: ArrayLike | None = None,
+        commanded: ArrayLike | None = None,
     ) -> Array:
         """Return the force for this robot, within its force limit, shape (p,) [N].
 
@@ -529,6 +567,7 @@ class RobotController:
             points: Nearest point of each obstacle, shape (m, p) [m].
             mass: Mass of this robot, one number or a matrix, shape (p, p) [kg].
             bias: Bias force of this robot, shape (p,) [N].
+            commanded: What this robot is to do, shape (p,), as for `Controller`.
 
         Raises:
             UsageError: As for `Controller`.
@@ -541,7 +580,7 @@ class RobotController:
         places[row] = numbers(position, "position", (p,), "coordinates [m]")
         speeds[row] = numbers(velocity, "velocity", (p,), "components [m/s]")
         given = {name: None if one is None else self._mine(name, one) for name, one in (
-            ("points", points), ("mass", mass), ("bias", bias),
+            ("points", points), ("mass", mass), ("bias", bias), ("commanded", commanded),
         )}  # fmt: skip
         given["times"] = stamps if team.may_miss else None
         forces = team(time, places, speeds, target, obstacles, **given)
@@ -576,7 +615,8 @@ class RobotController:
     def _mine(self, name: str, value: ArrayLike) -> Array:
         """Return what is known of this robot in place of all; of the others the same is assumed."""
         n, p, m = self.team.count, self.team.axes, len(self.team.obstacles)
-        shape = {"points": (m, p), "bias": (p,), "mass": () if np.ndim(value) == 0 else (p, p)}[name]
+        matrix = () if np.ndim(value) == 0 else (p, p)
+        shape = {"points": (m, p), "bias": (p,), "commanded": (p,), "mass": matrix}[name]
         mine = numbers(value, name, shape, "what is known of this robot")
         return np.broadcast_to(mine, (n, *mine.shape))
 
@@ -613,21 +653,23 @@ class RobotController:
         """Every control signal of the team as this robot computes it, see `Controller.signals`."""
         return self.team.signals
 
-    @property
-    def state(self) -> dict[str, Any]:
+    def snapshot(self) -> Snapshot:
         """As for `Controller`, with the last known positions of the teammates."""
-        return self.team.state | {"known": self._known.copy(), "heard_at": self._heard_at.copy()}
+        found = self.team.snapshot()
+        return Snapshot(found, known=self._known.copy(), heard_at=self._heard_at.copy())
 
-    @state.setter
-    def state(self, saved: Mapping[str, Any]) -> None:
-        if not isinstance(saved, Mapping) or not {"known", "heard_at"} <= saved.keys():
-            raise UsageError("state: this is not the state of one robot of this mission")
-        known = numbers(saved["known"], "known positions of the state", self._known.shape, "[m]")
-        heard = np.asarray(saved["heard_at"], dtype=float)
+    def restore(self, snapshot: Mapping[str, Any]) -> None:
+        """Come back to a moment, see `Controller.restore`."""
+        if not isinstance(snapshot, Mapping) or not {"known", "heard_at"} <= snapshot.keys():
+            raise UsageError("snapshot: this is not that of one robot of this mission")
+        known = numbers(snapshot["known"], "known positions of the snapshot", self._known.shape, "[m]")
+        heard = np.asarray(snapshot["heard_at"], dtype=float)
         if heard.shape != self._heard_at.shape or np.isnan(heard).any():
-            raise UsageError("state: heard_at is not that of this mission")
-        self.team.state = saved
+            raise UsageError("snapshot: heard_at is not that of this mission")
+        self.team.restore(snapshot)
         self._known, self._heard_at = known, heard.copy()
+
+    state = property(renamed, renamed)
 
     def __repr__(self) -> str:
         return f"<RobotController {self.number} of {self.team!r}>"

@@ -80,10 +80,10 @@ def test_observations_stay_in_their_space_where_a_mission_breaks() -> None:
     simulation = Simulation(load_scenario("main", SHORT))
     simulation.reset()
     simulation.plant.data.userdata[:] = np.nan
-    simulation._senses.perceive(0)
-    assert not simulation.observe_within().any() and not simulation._senses.sound.any()
+    simulation.fleet.senses.perceive(0)
+    assert not simulation.observe_within().any() and not simulation.fleet.senses.sound.any()
     simulation.plant.data.userdata[::2] = np.inf
-    simulation._senses.perceive(0)
+    simulation.fleet.senses.perceive(0)
     assert (np.abs(simulation.observe_within()) <= simulation.limits).all()
 
 

@@ -11,9 +11,8 @@ import pytest
 import escort_mj
 from escort_mj import Area, Controller, EscortError, Limits
 from escort_mj.api import benchmarks, cases
-from escort_mj.environments import Simulation
+from escort_mj.environments import Reward, Simulation
 from escort_mj.environments.dataset import law_episode
-from escort_mj.environments.fleet import Reward
 
 KEYS = {
     "duration": 0.1,
@@ -55,13 +54,6 @@ def simulation() -> Simulation:
     return made
 
 
-def state_of(made: Any) -> Callable[[Any], None]:
-    def restore(state: Any) -> None:
-        made.state = state
-
-    return restore
-
-
 CALLS = {
     "Controller": Call(lambda: Controller, "plugins", scenario=KEYS),
     "Controller()": Call(controller, time=0.002, positions=PLACES, velocities=STILL),
@@ -69,9 +61,10 @@ CALLS = {
     "Controller.command": Call(lambda: controller().command, time=0.0),
     "Controller.stop": Call(lambda: controller().stop),
     "Controller.robot": Call(lambda: controller().robot, number=1),
-    "Controller.state": Call(lambda: state_of(controller()), state={}),
+    "Controller.snapshot": Call(lambda: controller().snapshot),
+    "Controller.restore": Call(lambda: controller().restore, snapshot={}),
     "RobotController()": Call(lambda: controller().robot(1), time=0.0, position=PLACES[0], velocity=STILL[0]),
-    "RobotController.state": Call(lambda: state_of(controller().robot(1)), state={}),
+    "RobotController.restore": Call(lambda: controller().robot(1).restore, snapshot={}),
     "Limits": Call(lambda: Limits),
     "Area.box": Call(lambda: Area.box, low=[0, 0], high=[1, 1]),
     "Area.sphere": Call(lambda: Area.sphere, center=[0, 0], radius=1),
@@ -97,6 +90,9 @@ CALLS = {
     "Simulation": Call(lambda: Simulation, scenario=KEYS),
     "Simulation.reset": Call(lambda: simulation().reset),
     "Simulation.step": Call(lambda: simulation().step),
+    "Simulation.push": Call(lambda: simulation().push, robot=1, force=[0.0, 0.0]),
+    "Simulation.release": Call(lambda: simulation().release),
+    "Simulation.restore": Call(lambda: simulation().restore, snapshot=None),
     "law_episode": Call(lambda: law_episode, scenario=escort_mj.load_scenario(KEYS)),
     "Reward": Call(lambda: Reward),
     "sweep": Call(lambda: escort_mj.sweep, "out", study="nowhere.yaml"),

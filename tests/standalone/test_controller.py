@@ -154,18 +154,18 @@ def test_a_saved_state_continues_bit_for_bit(backend: Any) -> None:
     inputs = [(0.002 * (k + k // 7), *random.normal(size=(2, 5, 2))) for k in range(20)]
     for each in inputs[:10]:
         one(*each)
-    saved = one.state
+    saved = one.snapshot()
     file = io.BytesIO()
     np.savez(file, **saved)
     file.seek(0)
     saved = dict(np.load(file))
     expected = [one(*each) for each in inputs[10:]]
     for _ in range(2):
-        other.state = saved
+        other.restore(saved)
         assert (np.array([other(*each) for each in inputs[10:]]) == expected).all()
-    for wrong in ({}, {"clock": np.zeros(3)}, Controller("main_3d", backend="native").state):
-        with pytest.raises(UsageError, match="^state: "):
-            other.state = wrong
+    for wrong in ({}, {"clock": np.zeros(3)}, Controller("main_3d", backend="native").snapshot()):
+        with pytest.raises(UsageError, match="^snapshot: "):
+            other.restore(wrong)
 
 
 def test_missed_timesteps_are_made_up_for() -> None:
@@ -187,7 +187,7 @@ def test_jitter_does_not_add_up() -> None:
     q, v = controller.start, np.zeros_like(controller.start)
     for time in 7.0 + np.concatenate([[0.0], np.sort(random.uniform(0.0, 0.2, 60)), [0.2]]):
         controller(time, q, v)
-    assert controller.state["clock"].tolist() == [7.0, 7.2, 100]
+    assert controller.snapshot()["clock"].tolist() == [7.0, 7.2, 100]
     before = controller.signals
     assert (controller(7.2, q, v) == before["force"]).all()
     assert all(np.array_equal(controller.signals[name], before[name]) for name in before)
@@ -217,11 +217,11 @@ def test_wrong_input_is_one_clear_error_and_changes_nothing(call: dict, words: s
     q = controller.start
     good = {"time": 1.0, "positions": q, "velocities": np.zeros_like(q)}
     controller(**good)
-    before = controller.state
+    before = controller.snapshot()
     with pytest.raises(UsageError, match=f"^{words}"):
         controller(**good | {"time": 1.002} | call)
     assert all(
-        np.array_equal(before[name], value, equal_nan=True) for name, value in controller.state.items()
+        np.array_equal(before[name], value, equal_nan=True) for name, value in controller.snapshot().items()
     )
 
 
@@ -309,9 +309,9 @@ def test_one_robot_gets_its_row(keys: Any) -> None:
             assert (robot(time, q[row], v[row], known, target) == forces[row]).all()
             assert (robot.velocity == team.velocity[row]).all()
         q = q + team.timestep * v
-    saved = robots[0].state
+    saved = robots[0].snapshot()
     heard = robots[0](time + 0.002, q[0], v[0])  # of nobody: they are where they were
-    robots[0].state = saved
+    robots[0].restore(saved)
     assert (robots[0](time + 0.002, q[0], v[0], q - team.timestep * v) == heard).all()
     with pytest.raises(UsageError, match="teammates: found 0; expected numbers of robots, from 1 to"):
         robots[0](time, q[0], v[0], {0: q[0]})
@@ -328,7 +328,7 @@ from escort_mj import Controller
 controller = Controller("patrol")
 force = controller(0.0, controller.start, 0.0 * controller.start)
 controller.robot(2)(0.0, controller.start[1], [0, 0], {1: controller.start[0]})
-controller.signals["s"], controller.velocity, controller.state
+controller.signals["s"], controller.velocity, controller.snapshot()
 unwanted = {"mujoco", "dm_control", "numba", "pandas", "xarray", "h5py", "matplotlib", "rich"}
 print(force.shape, sorted({name.split(".")[0] for name in sys.modules} & unwanted))
 """

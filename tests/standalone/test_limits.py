@@ -180,10 +180,10 @@ def test_each_limit_with_each_action(
         with pytest.raises(UsageError, match=words):
             flight.fly(0.5, fault)
         assert flight.controller.events == [] and not flight.controller.stopped
-        before = flight.controller.state
+        before = flight.controller.snapshot()
         with pytest.raises(UsageError, match=words):
             flight.fly(0.1, fault)
-        assert same(before, flight.controller.state)
+        assert same(before, flight.controller.snapshot())
         return
     flight.fly(1.0, fault)
     event = flight.controller.events[0]
@@ -354,19 +354,19 @@ def test_robots_that_are_there_from_the_beginning_begin() -> None:
 
 def test_a_saved_state_has_the_limits_in_it() -> None:
     flight = Flight(Limits()).fly(0.5).fly(0.5, without(2))
-    saved, other = flight.controller.state, Flight(Limits())
-    other.controller.state = saved
+    saved, other = flight.controller.snapshot(), Flight(Limits())
+    other.controller.restore(saved)
     other.q, other.v, other.steps = flight.q, flight.v, flight.steps
     for each in (flight, other):
         each.fly(1.0)
     assert np.array_equal(flight.forces[-50:], other.forces) and other.told == [(2, "age", "back")]
     flight.controller.stop()
-    other.controller.state = flight.controller.state
+    other.controller.restore(flight.controller.snapshot())
     assert other.controller.stopped == "stop was called"
-    with pytest.raises(UsageError, match="of another mission, start, backend or limits"):
-        Controller(KEYS).state = saved
-    with pytest.raises(UsageError, match="of another mission, start, backend or limits"):
-        Controller(KEYS, {"controller.slope": 3}, limits=Limits()).state = saved
+    with pytest.raises(UsageError, match="of another mission, or of one that was set up otherwise"):
+        Controller(KEYS).restore(saved)
+    with pytest.raises(UsageError, match="of another mission, or of one that was set up otherwise"):
+        Controller(KEYS, {"controller.slope": 3}, limits=Limits()).restore(saved)
 
 
 def test_one_robot_counts_mates_out_that_it_does_not_hear() -> None:
@@ -379,14 +379,14 @@ def test_one_robot_counts_mates_out_that_it_does_not_hear() -> None:
     late = Controller(KEYS, limits=Limits()).robot(1)
     late(1.0, q[0], v, q, times={2: 0.85})
     assert late.out.tolist() == [False, True, False, False], "its position was 0.15 s old when it came"
-    saved = robot.state
+    saved = robot.snapshot()
     robot.stop("off")
     assert robot.stopped == "off" and robot.command(0.2).shape == (2,)
-    robot.state = saved
+    robot.restore(saved)
     assert not robot.stopped and robot.out.tolist() == [False, False, False, True]
     for wrong in (None, 3, {}, saved | {"known": saved["known"] * np.nan}, saved | {"heard_at": np.zeros(2)}):
         with pytest.raises(UsageError):
-            robot.state = wrong
+            robot.restore(wrong)
 
 
 def test_a_driver_may_ask_from_another_thread() -> None:
