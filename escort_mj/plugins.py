@@ -1,10 +1,11 @@
 """What plugins are made of (docs/plugins.md): base classes, and what their methods see and return."""
 
 from escort_mj.behaviors.behavior import Behavior
+from escort_mj.behaviors.robots import Robots
+from escort_mj.behaviors.task import Inequality, Task, across, at_least, both, keep, keep_distance, move, only
 from escort_mj.components.equations import Memory
-from escort_mj.components.views import ACROSS, ALONG, NOTHING, BehaviorView
 from escort_mj.disturbances import Disturbance
-from escort_mj.disturbances.disturbance import Robots
+from escort_mj.disturbances.disturbance import Robots as TrueRobots
 from escort_mj.estimators import Estimator, EstimatorView
 from escort_mj.expectations.expectation import Judgment
 from escort_mj.expectations.expectation import Windowed as Expectation
@@ -20,17 +21,13 @@ from escort_mj.robots import RobotKind
 from escort_mj.sensors import Sensor
 
 __all__ = [
-    "ACROSS",
     "ACTS",
-    "ALONG",
     "BEARING",
-    "NOTHING",
     "POSITION",
     "RANGE",
     "RESTS",
     "VELOCITY",
     "Behavior",
-    "BehaviorView",
     "Disturbance",
     "Estimator",
     "EstimatorView",
@@ -43,7 +40,17 @@ __all__ = [
     "PolicyView",
     "Radio",
     "RobotKind",
+    "Inequality",
     "Robots",
+    "Task",
+    "TrueRobots",
+    "across",
+    "at_least",
+    "both",
+    "keep",
+    "keep_distance",
+    "move",
+    "only",
     "Sensor",
     "Values",
     "Vec",

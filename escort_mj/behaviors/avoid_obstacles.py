@@ -111,7 +111,7 @@ class AvoidObstacles(Behavior):
         depth, distance, x = _worst_intruder(self, r)
         nothing = everywhere(0.0)
         if not any_of(depth > 0.0):
-            return along(x, nothing, 0.0 * x, nothing, nothing)
+            return along(x, nothing, 0.0 * x, nothing, nothing, nothing)
         x = where(distance > 0.0, x / distance, unit_axis(x))  # no direction leads away from one's own place
         speed, error = norm(r.v), r.slope * norm(r.e)
         if int(self.gain) == PRINTED:
@@ -121,7 +121,7 @@ class AvoidObstacles(Behavior):
             pull = speed + (math.sqrt(2.0) - 1.0) * error
         active = where(depth > 0.0, 1.0, nothing)
         velocity = where(depth > 0.0, (pull + self.gain_margin * depth) * x, 0.0)
-        return beside(along(x, active, velocity, active, depth), self.sidestep)
+        return beside(along(x, active, velocity, active, depth, distance), self.sidestep)
 
 
 @inlined

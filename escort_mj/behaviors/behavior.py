@@ -1,32 +1,30 @@
 """Base of behaviors: what one asks of each robot by itself."""
 
-from typing import ClassVar, Literal
+from typing import Any, ClassVar, Literal
 
-import numpy as np
-from numpy.typing import NDArray
-
-from escort_mj.components.component import Component
+from escort_mj.behaviors.robots import Robots, names_of
+from escort_mj.components.equations import Equations
 from escort_mj.components.views import BEHAVIOR_OUTPUTS, BehaviorView
 
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
-
-class Behavior(Component):
+class Behavior(Equations):
     """What velocity each robot is to have, and which directions that takes.
 
-    A subclass has a key `behavior` with its name, parameters, and one of two ways to be written:
-
-    - robot by robot, as plugins are: `wish`, called with itself (compiled: with its parameters' numbers), a
-      `BehaviorView`, and which robot it is, from 0; it returns `ALONG`, `ACROSS` or `NOTHING`;
-    - as those that ship are: `task`, called with `Robots`, eight at once; it returns a `Task`.
+    A subclass has a key `behavior` with its name, parameters, and the equation `task(self, r)`, which returns
+    what `keep`, `keep_distance`, `across`, `move` or `both` make; or, with `limits: ClassVar[bool] = True`,
+    what `at_least` makes. Kernels evaluate it for eight robots at once.
     """
 
-    method: ClassVar[str] = "wish"
+    method: ClassVar[str] = "task"
+    asks: ClassVar[tuple[str, ...]] = ("task",)
+    reads: ClassVar[tuple[tuple[str, str], ...]] = tuple((name, name) for name in names_of(Robots))
+    keeps: ClassVar[str] = ""
     view: ClassVar[type] = BehaviorView
     outputs: ClassVar[tuple[str, ...]] = BEHAVIOR_OUTPUTS
-    answers: ClassVar[str | None] = "ALONG, ACROSS or NOTHING"
-    gives: ClassVar[str] = "robot {} a wish"
+    answers: ClassVar[str | None] = ""
+    gives: ClassVar[str] = "robot {} a velocity"
+    limits: ClassVar[bool] = False
+    """Whether what it asks is an inequality."""
     frame: ClassVar[Literal["target", "world"]] = "target"
     """Whether what it asks is relative to the target's motion, or not."""
     chases: ClassVar[bool] = False
@@ -37,6 +35,14 @@ class Behavior(Component):
     """Whether it spreads the team evenly around the target."""
 
     behavior: str
+
+    def task(self, r: Robots) -> Any:
+        """Return the task.
+
+        Args:
+            r: The robots, and what they know: `q`, `target`, `radius` and more.
+        """
+        raise NotImplementedError
 
     @property
     def looks_within(self) -> float:

@@ -6,14 +6,16 @@ that the pseudoinverse is x / |x|^2 and the null-space projector I - x x^T / |x|
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from escort_mj.native.kernels import inlined
-from escort_mj.native.lanes import Lanes, everywhere, root
-from escort_mj.native.vectors import Vec, dot, norm, where
+from escort_mj.native.lanes import Lanes, everywhere, gather, greatest, root, scatter
+from escort_mj.native.vectors import Vec, dot, norm, rows_at, set_rows, where
 
 MAX_DIRECTIONS = 2  # of a task: chords in space keep two distances
 MAX_LEVELS = 8  # behaviors by priority that a mission or a phase may have
+WEIGHT, OTHER_WEIGHT, DIRECTIONS, ACROSS, ACTIVE, ERROR, VALUE, LEAST, SIDESTEP = range(9)
+TRAITS = 9  # numbers of a task beside its vectors, at these places
 
 
 class Task(NamedTuple):
@@ -29,6 +31,8 @@ class Task(NamedTuple):
         across: Where it takes all directions but x.
         active: Where it asks for anything.
         error: How far it is from done [m].
+        value: The task function, for checks of its gradient.
+        least: Of an inequality, the least rate of its function.
         sidestep: Share of the blocked speed with which robots go around what they meet; 0 for none.
     """
 
@@ -41,34 +45,54 @@ class Task(NamedTuple):
     across: Lanes
     active: Lanes
     error: Lanes
+    value: Lanes
+    least: Lanes
     sidestep: float
 
 
+class Inequality(NamedTuple):
+    """A function of the position that is to stay above a bound, see `at_least`.
+
+    Attributes:
+        value: The function.
+        bound: What it is not to fall below.
+        x: Its gradient, not 0.
+        rate: Share of what is left above the bound that a robot may use up per second [1/s].
+    """
+
+    value: Lanes
+    bound: Lanes
+    x: Vec
+    rate: Lanes
+
+
 @inlined
-def along(x: Vec, weight: Lanes, velocity: Vec, active: Lanes, error: Lanes) -> Task:
+def along(x: Vec, weight: Lanes, velocity: Vec, active: Lanes, error: Lanes, value: Lanes) -> Task:
     """A task along one direction: it takes x alone."""
-    return Task(velocity, x, weight, x, everywhere(0.0), 1, everywhere(0.0), active, error, 0.0)
-
-
-@inlined
-def across(x: Vec, velocity: Vec, error: Lanes) -> Task:
-    """A task in all directions but one: it leaves x alone."""
-    nothing, on = everywhere(0.0), everywhere(1.0)
-    return Task(velocity, x, inverse_square(x), x, nothing, 1, on, on, error, 0.0)
-
-
-@inlined
-def move(velocity: Vec, active: Lanes, error: Lanes) -> Task:
-    """A task in all directions, of those robots for which it is active."""
     nothing = everywhere(0.0)
-    return Task(velocity, velocity, nothing, velocity, nothing, 1, active, active, error, 0.0)
+    return Task(velocity, x, weight, x, nothing, 1, nothing, active, error, value, nothing, 0.0)
+
+
+@inlined
+def keep(value: Lanes, wanted: Lanes | float, x: Vec, gain: float) -> Task:
+    """Keep a function of the position at a value, which the behavior's frame carries along.
+
+    The velocity is x Lambda (wanted - value) / |x|^2.
+
+    Args:
+        value: The task function.
+        wanted: Its value when the task is done.
+        x: Its gradient with respect to the position.
+        gain: Lambda [1/s].
+    """
+    weight, off = inverse_square(x), everywhere(wanted) - value
+    velocity = (gain * off * weight) * x
+    return along(x, weight, velocity, everywhere(1.0), abs(off) * root(weight), everywhere(value))
 
 
 @inlined
 def keep_distance(x: Vec, distance: Lanes | float, gain: float) -> Task:
     """Keep a distance d: sigma = |x|^2 / 2 is to become d^2 / 2 (eqs. 4, 5), with x relative to what moves.
-
-    The velocity is x Lambda sigma~ / |x|^2, with sigma~ = (d^2 - |x|^2) / 2.
 
     Args:
         x: Where robots are, as seen from what they keep the distance to [m].
@@ -78,7 +102,25 @@ def keep_distance(x: Vec, distance: Lanes | float, gain: float) -> Task:
     square = dot(x, x)
     weight = where(square > 0.0, 1.0 / square, 0.0)
     velocity = (gain * 0.5 * (distance * distance - square) * weight) * x
-    return along(x, weight, velocity, everywhere(1.0), abs(root(square) - distance))
+    return along(x, weight, velocity, everywhere(1.0), abs(root(square) - distance), 0.5 * square)
+
+
+@inlined
+def across(x: Vec, velocity: Vec, error: Lanes) -> Task:
+    """A task in all directions but one, which the velocity has no part of: it leaves x alone."""
+    nothing, on = everywhere(0.0), everywhere(1.0)
+    return Task(
+        velocity, x, inverse_square(x), x, nothing, 1, on, on, error, nothing, nothing, 0.0
+    )  # fmt: skip
+
+
+@inlined
+def move(velocity: Vec, active: Lanes, error: Lanes) -> Task:
+    """A task in all directions, of those robots for which it is active."""
+    nothing = everywhere(0.0)
+    return Task(
+        velocity, velocity, nothing, velocity, nothing, 1, active, active, error, nothing, nothing, 0.0
+    )  # fmt: skip
 
 
 @inlined
@@ -87,7 +129,60 @@ def both(first: Task, second: Task) -> Task:
     error = root(0.5 * (first.error * first.error + second.error * second.error))
     return Task(
         first.velocity + second.velocity, first.x, first.weight, second.x, second.weight, MAX_DIRECTIONS,
-        everywhere(0.0), everywhere(1.0), error, 0.0,
+        everywhere(0.0), everywhere(1.0), error, first.value, everywhere(0.0), 0.0,
+    )  # fmt: skip
+
+
+@inlined
+def only(condition: Any, task: Task) -> Task:
+    """Return a task that asks nothing of robots for which a condition does not hold."""
+    return Task(
+        where(condition, task.velocity, 0.0), task.x, where(condition, task.weight, 0.0), task.other,
+        where(condition, task.other_weight, 0.0), task.directions, where(condition, task.across, 0.0),
+        where(condition, task.active, 0.0), where(condition, task.error, 0.0), task.value, task.least,
+        task.sidestep,
+    )  # fmt: skip
+
+
+@inlined
+def at_least(value: Lanes, bound: Lanes | float, x: Vec, rate: Lanes | float) -> Inequality:
+    """Keep a function of the position from falling below a bound, by what robots do before it does.
+
+    With h = value - bound, robots may go on as they like while h' >= -rate h (a control barrier function,
+    Ames et al. 2017). Else the velocities of lower priority lose their part along the gradient, in place of
+    which comes the least one allowed, so that nothing jumps where the task sets in.
+
+    Args:
+        value: The function.
+        bound: What it is not to fall below.
+        x: Its gradient with respect to the position, not 0.
+        rate: Share of h that a robot may use up per second [1/s].
+    """
+    return Inequality(everywhere(value), everywhere(bound), x, everywhere(rate))
+
+
+@inlined
+def violated(asked: Inequality) -> Task:
+    """Return the task of an inequality by itself: active where the function is below its bound."""
+    short, weight = asked.bound - asked.value, inverse_square(asked.x)
+    least, nothing = asked.rate * short, everywhere(0.0)
+    task = Task(
+        (least * weight) * asked.x, asked.x, weight, asked.x, nothing, 1, nothing, everywhere(1.0),
+        greatest(short, 0.0) * root(weight), asked.value, least, 0.0,
+    )  # fmt: skip
+    return only(short > 0.0, task)
+
+
+@inlined
+def held(task: Task, wanted: Vec) -> Task:
+    """Return the task of an inequality, active where a velocity of lower priority does not do."""
+    weight = inverse_square(task.x)
+    short = dot(task.x, wanted) < task.least
+    velocity = where(short, (task.least * weight) * task.x, 0.0)
+    on, nothing = where(short, 1.0, everywhere(0.0)), everywhere(0.0)
+    return Task(
+        velocity, task.x, where(short, weight, 0.0), task.x, nothing, 1, nothing, on, task.error, task.value,
+        task.least, 0.0,
     )  # fmt: skip
 
 
@@ -108,15 +203,16 @@ def without(x: Vec, velocity: Vec) -> Vec:
 @inlined
 def speed_error(velocity: Vec, gain: float) -> Lanes:
     """Return how far a task is from done whose velocity is a gain times that [m]."""
-    return norm(velocity) / gain
+    found: Lanes = norm(velocity) / gain
+    return found
 
 
 @inlined
 def with_velocity(task: Task, velocity: Vec) -> Task:
-    """Return a task with another velocity."""
+    """Return a task with another velocity [m/s]."""
     return Task(
         velocity, task.x, task.weight, task.other, task.other_weight, task.directions, task.across,
-        task.active, task.error, task.sidestep,
+        task.active, task.error, task.value, task.least, task.sidestep,
     )  # fmt: skip
 
 
@@ -125,7 +221,7 @@ def with_error(task: Task, error: Lanes) -> Task:
     """Return a task with another error [m]."""
     return Task(
         task.velocity, task.x, task.weight, task.other, task.other_weight, task.directions, task.across,
-        task.active, error, task.sidestep,
+        task.active, error, task.value, task.least, task.sidestep,
     )  # fmt: skip
 
 
@@ -134,7 +230,7 @@ def beside(task: Task, share: float) -> Task:
     """Return a task that leads around what it blocks, at least at a share of the blocked speed."""
     return Task(
         task.velocity, task.x, task.weight, task.other, task.other_weight, task.directions, task.across,
-        task.active, task.error, share,
+        task.active, task.error, task.value, task.least, share,
     )  # fmt: skip
 
 
@@ -146,4 +242,35 @@ def leave(task: Task, velocity: Vec) -> Vec:
         other = dot(task.other, velocity) * task.other_weight
         return 2.0 * velocity - along * task.x - other * task.other
     removed = along * task.x
-    return where(task.across > 0.5, removed, velocity - removed)
+    kept: Vec = where(task.across > 0.5, removed, velocity - removed)
+    return kept
+
+
+@inlined
+def keep_task(task: Task, view: Any, i: int) -> None:
+    """Write the task of robots i to i + 7 where `kept_task` finds it."""
+    set_rows(view.asked_velocity, i, task.velocity)
+    set_rows(view.asked_x, i, task.x)
+    set_rows(view.asked_other, i, task.other)
+    at, rows = TRAITS * i, view.asked
+    scatter(rows, at + WEIGHT, TRAITS, task.weight)
+    scatter(rows, at + OTHER_WEIGHT, TRAITS, task.other_weight)
+    scatter(rows, at + DIRECTIONS, TRAITS, everywhere(float(task.directions)))
+    scatter(rows, at + ACROSS, TRAITS, task.across)
+    scatter(rows, at + ACTIVE, TRAITS, task.active)
+    scatter(rows, at + ERROR, TRAITS, task.error)
+    scatter(rows, at + VALUE, TRAITS, task.value)
+    scatter(rows, at + LEAST, TRAITS, task.least)
+    scatter(rows, at + SIDESTEP, TRAITS, everywhere(task.sidestep))
+
+
+@inlined
+def kept_task(view: Any, i: int) -> Task:
+    """Return the task of robots i to i + 7 that was kept."""
+    at, rows = TRAITS * i, view.asked
+    return Task(
+        rows_at(view, view.asked_velocity, i), rows_at(view, view.asked_x, i),
+        gather(rows, at + WEIGHT, TRAITS), rows_at(view, view.asked_other, i), gather(rows, at + OTHER_WEIGHT, TRAITS),
+        int(rows[i, DIRECTIONS]), gather(rows, at + ACROSS, TRAITS), gather(rows, at + ACTIVE, TRAITS),
+        gather(rows, at + ERROR, TRAITS), gather(rows, at + VALUE, TRAITS), gather(rows, at + LEAST, TRAITS), rows[i, SIDESTEP],
+    )  # fmt: skip

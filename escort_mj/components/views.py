@@ -10,9 +10,6 @@ from typing import Annotated, NamedTuple
 
 from escort_mj.native.fields import Array
 
-ALONG, ACROSS, NOTHING = 1, -1, 0
-"""What a behavior's task takes: `direction` alone, all directions but it, nothing at the moment."""
-
 
 class LawView(NamedTuple):
     """What a law sees of all robots, and what it writes: `tau`, and rates of what is integrated for it."""
@@ -41,24 +38,51 @@ class LawView(NamedTuple):
 
 
 class BehaviorView(NamedTuple):
-    """What a behavior sees of all robots, and where it writes what it wishes of one."""
+    """What behaviors see of all robots, by `behaviors.robots`, and where what they ask of them is kept."""
 
     timestep: float  # [s]
     radius: float  # distance to keep from the target [m]
     max_speed: float  # [m/s]; 1e300 for no limit
+    sensing_robots: float  # range within which teammates are seen [m]
+    apart: bool  # whether robots have targets, or estimates of it, each by itself
+    informed: bool  # whether they have estimates
+    shaped: bool  # whether some obstacle is no sphere
+    radio_place: int  # where the radio's block in `parameters` begins
     time: Annotated[Array, 1]  # [s]
+    step: Annotated[Array, 1]  # number of the step
+    parameters: Annotated[Array, "parameters"]  # blocks of components
+    q: Annotated[Array, "n", "p"]  # true position, for its shape [m]
     q_measured: Annotated[Array, "n", "p"]  # measured position [m]
     v_measured: Annotated[Array, "n", "p"]  # measured velocity [m/s]
-    target_position_measured: Annotated[Array, "p"]  # [m]
-    target_velocity_measured: Annotated[Array, "p"]  # [m/s]
+    e: Annotated[Array, "n", "p"]  # q_d - q_measured [m]
+    slopes: Annotated[Array, "n"]  # of s [1/s]
     robot_radius: Annotated[Array, "n"]  # [m]
     lost: Annotated[Array, "n"]  # 1 for robots that have failed
+    target_position_measured: Annotated[Array, "p"]  # [m]
+    target_velocity_measured: Annotated[Array, "p"]  # [m/s]
+    target_estimate: Annotated[Array, "informed", "p"]  # of each robot [m]
+    target_velocity_estimate: Annotated[Array, "informed", "p"]  # [m/s]
+    team_radius: Annotated[Array, "teams"]  # [m]
+    team_center: Annotated[Array, "teams", "p"]  # middle of each team's targets [m]
+    team_velocity: Annotated[Array, "teams", "p"]  # [m/s]
+    member_of: Annotated[Array, "members"]  # team of each robot, from 1
+    own_radius: Annotated[Array, "members"]  # distance that each keeps from its targets [m]
     obstacle_position: Annotated[Array, "m", "p"]  # centers [m]
+    obstacle_velocity: Annotated[Array, "m", "p"]  # [m/s]
     obstacle_radius: Annotated[Array, "m"]  # 0 for those that are no spheres [m]
-    wish_direction: Annotated[Array, "p"]  # written: the task's direction, of any length but 0
-    wish_velocity: Annotated[Array, "p"]  # written: what is wished of the robot [m/s]
-    wish_error: Annotated[Array, 1]  # written: how far the task is from done [m]
+    seen_radius: Annotated[Array, "m"]  # as robots see them [m]
+    obstacle_point: Annotated[Array, "seen*m", "p"]  # nearest points of those that are no spheres [m]
+    lidar_rays: Annotated[Array, "rays", "p"]  # none without a lidar
+    lidar_point: Annotated[Array, "scanned*m", "p"]  # nearest returns [m]
+    link_from: Annotated[Array, "hearing", "slots"]  # teammates that each robot hears; none without a radio
+    link_step: Annotated[Array, "hearing", "slots"]  # step of the newest message
+    heard_position: Annotated[Array, "hearing*slots", "p"]  # [m]
+    heard_velocity: Annotated[Array, "hearing*slots", "p"]  # [m/s]
+    asked_velocity: Annotated[Array, "n", "p"]  # written: what a task asks, see `behaviors.task` [m/s]
+    asked_x: Annotated[Array, "n", "p"]  # written: its gradient
+    asked_other: Annotated[Array, "n", "p"]  # written: another one
+    asked: Annotated[Array, "n", 9]  # written: all else
 
 
 LAW_OUTPUTS = ("tau", "rho_hat_rate", "component_rate")
-BEHAVIOR_OUTPUTS = ("wish_direction", "wish_velocity", "wish_error")
+BEHAVIOR_OUTPUTS = ("asked_velocity", "asked_x", "asked_other", "asked")

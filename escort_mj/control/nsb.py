@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from escort_mj.behaviors import BEHAVIORS, AvoidObstacles, Behavior
 from escort_mj.behaviors.avoid_obstacles import POLAR
 from escort_mj.behaviors.robots import Robots, robots_at
-from escort_mj.behaviors.task import MAX_LEVELS, Task, leave
+from escort_mj.behaviors.task import MAX_LEVELS, Task, held, leave, violated
 from escort_mj.components.component import block_at, number_of, reader
 from escort_mj.components.dispatch import one_of
 from escort_mj.components.parameters import UNLIMITED
@@ -35,6 +35,7 @@ from escort_mj.native.lanes import (
     greatest,
     least,
     load,
+    room_for,
     root,
     stack_rows,
     store,
@@ -59,6 +60,9 @@ class StackParameters(Fields):
         Array, "levels", Value("1", "1 where it wishes velocities in the world's frame, not the target's")
     ]
     level_avoids: Annotated[Array, "levels", Value("1", "1 where it avoids something")]
+    level_limit_row: Annotated[
+        Array, "levels", Value("1", "row of `limit_x` where an inequality begins; -1 for other tasks")
+    ]
     alike: Annotated[bool, Value("1", "whether all robots run one stack at every step")]
 
     @classmethod
@@ -71,8 +75,25 @@ class StackParameters(Fields):
             "level_gain": [behavior.convergence for behavior in behaviors],
             "level_in_world": [behavior.frame == "world" for behavior in behaviors],
             "level_avoids": [behavior.avoids for behavior in behaviors],
+            "level_limit_row": _limit_rows(setup),
             "alike": not (setup.phases or setup.failures or setup.trigger or setup.outside),
         }
+
+
+class LimitState(Fields):
+    """Inequalities of the priority stacks, whole lanes of robots for each: for outer loops that need them."""
+
+    limit_x: Annotated[Array, "limited", "p", Value("1", "gradient of the function that has a bound")]
+    limit_least: Annotated[Array, "limited", Value("1/s", "least rate of it, in the world's frame")]
+
+
+def _limit_rows(setup: MissionSetup) -> list[float]:
+    """Return the row where the inequality of each level begins; -1 for other tasks."""
+    rows, room = [], room_for(setup.count)
+    for behavior in setup.all_behaviors:
+        before = sum(row >= 0.0 for row in rows)
+        rows.append(float(room * before) if behavior.limits else -1.0)
+    return rows
 
 
 @inlined
@@ -113,6 +134,13 @@ def compose(i: int, phase: int, plan: Plan, state: State) -> None:
         if avoids and not any_of(task.active > 0.5):
             set_part(parts, MOST_AXES * level, task.velocity)
             continue
+        row = int(plan.level_limit_row[first + level])
+        if row >= 0:
+            wanted = _spend(level + 1, highest, levels, carried, parts, r)
+            moves = drift if escort else 0.0 * drift
+            task = held(task, wanted - moves)
+            set_rows(state.limit_x, row + i, task.x)
+            store(state.limit_least, row + i, task.least + dot(task.x, moves))
         velocity = task.velocity
         if avoids:
             active = greatest(active, task.active)
@@ -172,7 +200,10 @@ def _task_by(behavior: type[Behavior]) -> Callable[..., Any]:
         found: Task = ask(read(block, 0), r)
         return found
 
-    return inlined(task_by)
+    def task_of_limit(block: int, r: Robots) -> Task:
+        return violated(ask(read(block, 0), r))
+
+    return inlined(task_of_limit if behavior.limits else task_by)
 
 
 _task_of = one_of([*map(_task_by, BEHAVIORS), custom_task])

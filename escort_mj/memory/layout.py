@@ -33,7 +33,7 @@ from escort_mj.control.harmonics import HarmonicParameters
 from escort_mj.control.inner import InnerLoopParameters, InnerLoopState
 from escort_mj.control.knowing import EstimatorParameters
 from escort_mj.control.messages import MessageState
-from escort_mj.control.nsb import StackParameters
+from escort_mj.control.nsb import LimitState, StackParameters
 from escort_mj.control.opponents import OpponentParameters, OpponentState
 from escort_mj.control.outer_loops.detour import DetourState
 from escort_mj.control.outer_loops.meeting import PaceState
@@ -142,6 +142,7 @@ class State(
     RadiusState,
     ReformingState,
     CustomState,
+    LimitState,
     NeighborState,
     ClearanceState,
     MotionState,

@@ -66,7 +66,9 @@ def pack(setup: Setup, sampling: Sampling, signals: Sequence[str] = ()) -> Array
     }
     sizes, own = of_signals | LAYOUT.sizes(values), setup.sensing.own.values()
     crowd = n * (n >= LISTED)
+    limits = sum(behavior.limits for behavior in setup.all_behaviors)
     sizes |= {
+        "limited": limits * room_for(n),
         "remembering": n * bool(setup.memory),
         "pushed": n * bool(setup.disturbances),
         "blown": n * any(each.draws for each in setup.disturbances),

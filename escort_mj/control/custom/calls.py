@@ -6,9 +6,8 @@ import math
 from typing import Annotated
 
 from escort_mj.behaviors.robots import Robots
-from escort_mj.behaviors.task import Task
+from escort_mj.behaviors.task import ACTIVE, DIRECTIONS, ERROR, TRAITS, Task, kept_task
 from escort_mj.control.custom.native import NO_NUMBER, NONE, note_failure, table_address
-from escort_mj.knowledge.belief import target_place, target_speed
 from escort_mj.native.fields import Array, Fields, Value
 from escort_mj.native.kernels import (
     DOUBLE,
@@ -20,9 +19,8 @@ from escort_mj.native.kernels import (
     pointer_at,
     view_addresses,
 )
-from escort_mj.native.lanes import WIDTH, everywhere, load
+from escort_mj.native.lanes import WIDTH
 from escort_mj.native.on_demand import on_demand
-from escort_mj.native.vectors import dot, where
 from escort_mj.plan import Plan, State
 
 NEVER = 1e300
@@ -31,16 +29,11 @@ NEVER = 1e300
 class CustomState(Fields):
     """What plugins' components write, and what is kept for them."""
 
-    wish_direction: Annotated[Array, "p", Value("1", "what a behavior says of one robot")]
-    wish_velocity: Annotated[Array, "p", Value("m/s", "likewise")]
-    wish_error: Annotated[Array, 1, Value("m", "likewise")]
-    wished_direction: Annotated[Array, "n", "p", Value("1", "the same robot by robot: scratch")]
-    wished_velocity: Annotated[Array, "n", "p", Value("m/s", "likewise")]
-    wished_error: Annotated[Array, "n", Value("m", "likewise")]
-    team_target: Annotated[
-        Array, 2, "p", Value("m, m/s", "as measured, while robots' own estimates stand there")
-    ]
-    wished_rank: Annotated[Array, "n", Value("1", "likewise: ALONG, ACROSS or NOTHING")]
+    asked_velocity: Annotated[Array, "n", "p", Value("m/s", "what a behavior asks of robots")]
+    asked_x: Annotated[Array, "n", "p", Value("1", "gradient of its task function")]
+    asked_other: Annotated[Array, "n", "p", Value("1", "of a second one")]
+    asked: Annotated[Array, "n", TRAITS, Value("1", "all else of the task, see `behaviors.task`")]
+    wished_direction: Annotated[Array, "n", "p", Value("1", "ways away from what is heard: scratch")]
 
 
 @merged
@@ -76,15 +69,6 @@ def custom_law(plan: Plan, state: State) -> None:
         for k in range(p):
             if not math.isfinite(state.tau[i, k]):
                 note_failure(block, plan_at, state_at, NO_NUMBER - i)
-
-
-@merged
-def _finite(state: State, p: int) -> bool:
-    """Whether all that a behavior wrote are finite numbers."""
-    total = state.wish_error[0]
-    for k in range(p):
-        total += state.wish_direction[k] + state.wish_velocity[k]
-    return math.isfinite(total)
 
 
 @on_demand
@@ -198,56 +182,33 @@ def custom_sensor(s: int, question: int, plan: Plan, state: State) -> None:
 
 @inlined
 def custom_task(block: int, r: Robots) -> Task:
-    """Return what a plugin's behavior asks of robots; the rows `wished_...` of these robots are scratch.
+    """Return what a plugin's behavior asks of robots.
 
     Args:
         block: Address of its parameters.
         r: The robots.
     """
     _ask_plugin(block, r.i, r.plan, r.state)
-    x, velocity, rank = (
-        r.at(r.state.wished_direction, 0),
-        r.at(r.state.wished_velocity, 0),
-        load(r.state.wished_rank, r.i),
-    )
-    nothing, square = everywhere(0.0), dot(x, x)
-    active, crosswise = where(abs(rank) > 0.5, 1.0, nothing), where(rank < -0.5, 1.0, nothing)
-    weight, error = where(square > 0.0, active / square, 0.0), load(r.state.wished_error, r.i)
-    return Task(velocity, x, weight, x, nothing, 1, crosswise, active, error, 0.0)
+    return kept_task(r.state, r.i)
 
 
 @on_demand
 def _ask_plugin(block: int, i: int, plan: Plan, state: State) -> None:
-    """Calls a plugin's behavior for each of robots i to i + 7, and writes the rows `wished_...`."""
-    n, p = state.q.shape
+    """Has a plugin's behavior keep its task for robots i to i + 7; where it fails, it asks for no numbers."""
     plan_at, state_at = view_addresses(state)
-    function = _function(block)
-    for k in range(p):
-        state.team_target[0, k] = state.target_position_measured[k]
-        state.team_target[1, k] = state.target_velocity_measured[k]
-    for robot in range(i, min(i + WIDTH, n)):
-        for k in range(p):
-            if plan.apart:
-                state.target_position_measured[k] = target_place(robot, plan, state)[k]
-                state.target_velocity_measured[k] = target_speed(robot, plan, state)[k]
-            state.wish_direction[k] = 0.0
-            state.wish_velocity[k] = 0.0
-        state.wish_error[0] = 0.0
-        status, rank = 1, 0
-        if function != 0:
-            status, rank = call_function(function, (block, block, plan_at, state_at, robot))
-        failed = status != 0 and status != NONE
+    function, status = _function(block), 1
+    if function != 0:
+        status, _ = call_function(function, (block, block, plan_at, state_at, i))
+    failed = status != 0 and status != NONE
+    if failed:
+        note_failure(block, plan_at, state_at, i)
+    for robot in range(i, min(i + WIDTH, state.q.shape[0])):
+        total = state.asked[robot, ERROR]
+        for k in range(state.q.shape[1]):
+            if failed:
+                state.asked_velocity[robot, k] = math.nan
+            total += state.asked_velocity[robot, k]
         if failed:
-            note_failure(block, plan_at, state_at, robot)
-            rank = 1
-        elif rank != 0 and not _finite(state, p):
+            state.asked[robot, DIRECTIONS] = state.asked[robot, ACTIVE] = 1.0
+        elif state.asked[robot, ACTIVE] != 0.0 and not math.isfinite(total):
             note_failure(block, plan_at, state_at, NO_NUMBER - robot)
-        for k in range(p):
-            state.wished_direction[robot, k] = state.wish_direction[k] if rank != 0 else 0.0
-            wished = state.wish_velocity[k] if rank != 0 else 0.0
-            state.wished_velocity[robot, k] = math.nan if failed else wished
-        state.wished_error[robot] = state.wish_error[0] if rank != 0 else 0.0
-        state.wished_rank[robot] = rank
-    for k in range(p):
-        state.target_position_measured[k] = state.team_target[0, k]
-        state.target_velocity_measured[k] = state.team_target[1, k]

@@ -16,6 +16,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from escort_mj.behaviors.behavior import Behavior
+from escort_mj.behaviors.evaluation import asking_by
+from escort_mj.behaviors.task import Inequality, Task
 from escort_mj.components.component import Component, layout_of
 from escort_mj.components.equations import Equations
 from escort_mj.components.parameters import kind_of
@@ -174,6 +177,8 @@ def evaluating(
         made: Makes a function callable in kernels.
         equations: What `model.equations()` returns, made so.
     """
+    if issubclass(model, Behavior):
+        return asking_by(model, equations)
     if issubclass(model, Radio):
         return answering_by(model, made, equations)
     if issubclass(model, Disturbance):
@@ -249,6 +254,9 @@ def _in_python(own: Any, view: Any) -> Callable[..., Any]:
     model = type(own)
     if isinstance(own, Law):
         return array_evaluation(own, view)
+    if isinstance(own, Behavior):
+        tasks = {name: _returning_tasks(name, function) for name, function in model.equations().items()}
+        return partial(_with_any_lanes, evaluating(model, lambda function: function, tasks), own, view)
     if isinstance(own, Disturbance):
         vectors = {name: _returning_vectors(name, function) for name, function in model.equations().items()}
         return partial(_with_any_lanes, evaluating(model, lambda function: function, vectors), own, view)
@@ -284,10 +292,23 @@ def _returning_vectors(name: str, function: Callable[..., Any]) -> Callable[...,
     return evaluate
 
 
-def _with_any_lanes(evaluate: Callable[..., None], own: Any, view: Any) -> None:
+def _returning_tasks(name: str, function: Callable[..., Any]) -> Callable[..., Any]:
+    """Return the equation of a behavior; what it returns is looked at."""
+
+    def evaluate(own: Any, r: Any) -> Any:
+        found, expected = function(own, r), Inequality if own.limits else Task
+        if not isinstance(found, expected):
+            words = "what at_least(...) returns" if own.limits else "a task, such as keep(...) returns"
+            raise TypeError(f"{name} returned {type(found).__name__}; expected {words}")
+        return found
+
+    return evaluate
+
+
+def _with_any_lanes(evaluate: Callable[..., None], own: Any, view: Any, *first: int) -> None:
     """Evaluate equations of eight robots at a time: lanes past the last robot hold anything."""
     with np.errstate(all="ignore"):
-        evaluate(own, view)
+        evaluate(own, view, *first)
 
 
 def _time(plan: int, state: int) -> float:

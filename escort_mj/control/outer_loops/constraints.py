@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.components.obstacles import obstacle_speed, obstacles_seen
+from escort_mj.components.parameters import UNLIMITED
 from escort_mj.control.outer_loops.meeting import NEAR, find_meeting
 from escort_mj.control.outer_loops.nearby import bearing, in_sight, reach_of
 from escort_mj.control.outer_loops.passing import (
@@ -73,6 +74,7 @@ def find_constraints(
     memory = stack_memory()
     direction, near = vector_at(memory, p), vector_at(memory + DOUBLE * p, NEAR)
     motion = vector_at(memory + DOUBLE * (p + NEAR), p)
+    count = _add_limits(robot, speed, plan, state, rows, bounds, shared, gaps, direction, count)
     own, to_surface, mates = plan.robot_radius[robot], float(avoid.measure), int(ALL)
     if plan.failure_start.shape[0] == 0:
         mates = 0
@@ -104,6 +106,27 @@ def find_constraints(
             robot, other, speed, beside, avoid, rules, position, direction, motion, plan, state, rows, bounds,
             shared, gaps, count,
         )  # fmt: skip
+    return count
+
+
+@inlined
+def _add_limits(
+    robot: int, speed: float, plan: Plan, state: State, rows: Array, bounds: Array, shared: Array, gaps: Array,
+    direction: Array, count: int,
+) -> int:  # fmt: skip
+    """Add the constraints of the robot's inequalities that a velocity of some speed could break."""
+    phase, p = int(state.phase[robot]), state.q.shape[1]
+    first = int(plan.phase_first[phase])
+    for level in range(first, first + int(plan.phase_levels[phase])):
+        row = int(plan.level_limit_row[level])
+        if row < 0:
+            continue
+        for k in range(p):
+            direction[k] = state.limit_x[row + robot, k]
+        length = make_unit(direction)
+        bound = state.limit_least[row + robot] / length if length > 0.0 else -UNLIMITED
+        if bound >= -speed:
+            count = _keep(direction, bound, 0.0, UNLIMITED, rows, bounds, shared, gaps, count)
     return count
 
 

@@ -62,7 +62,7 @@ from escort_mj.native.lanes import (
     store,
     where,
 )
-from escort_mj.native.vectors import dot, rows_at
+from escort_mj.native.vectors import dot, norm, rows_at
 from escort_mj.numerics.neighbors import seen_neighbors
 from escort_mj.numerics.vectors import length_of
 from escort_mj.plan import Plan, State
@@ -179,7 +179,7 @@ def _may_bind(i: int, level: int, avoid: Any, rules: Rules, plan: Plan, state: S
     load_rows(q, i, here)
     load_rows(state.v_d, i, wanted)
     square, relative, pace = everywhere(0.0), everywhere(0.0), everywhere(0.0)
-    to_target, found, closing = everywhere(0.0), everywhere(0.0), everywhere(0.0)
+    to_target, closing = everywhere(0.0), everywhere(0.0)
     for k in range(p):
         away = row_of(wanted, k) - state.pace_frame[k]
         closing = closing + away * away
@@ -190,6 +190,7 @@ def _may_bind(i: int, level: int, avoid: Any, rules: Rules, plan: Plan, state: S
         way = row_of(here, k) - row_of(center, k)
         to_target = to_target + way * way
     speed, relative, pace, most = root(square), root(relative), root(pace), plan.max_speed
+    found = _limits_bind(i, level, speed, plan, state)
     if plan.team_radius.shape[0] > 0:
         relative = relative + (pace if plan.informed else everywhere(team_spread(i, plan, state)))
     if rules.target_distance > 0.0:
@@ -223,6 +224,29 @@ def _may_bind(i: int, level: int, avoid: Any, rules: Rules, plan: Plan, state: S
         if any_of(mates > 0.5):  # seldom: how fast each comes is worth asking for then only
             mates = _mates_near(i, True, here, wanted, speed, alike, far, avoid, rules, plan, state)
         found = greatest(found, mates)
+    return found
+
+
+@inlined
+def _limits_bind(i: int, level: int, speed: Lanes, plan: Plan, state: State) -> Lanes:
+    """Return 1 for those of robots i to i + 7 for which a velocity of some speed breaks an inequality, else 0.
+
+    Args:
+        i: First robot, from 0.
+        level: One of their phase's levels.
+        speed: Of each [m/s].
+        plan: Gives the inequalities.
+        state: Gives what they ask.
+    """
+    found = everywhere(0.0)
+    for f in range(plan.phase_first.shape[0]):
+        first, last = int(plan.phase_first[f]), int(plan.phase_first[f] + plan.phase_levels[f])
+        for each in range(first, last if first <= level < last else first):
+            row = int(plan.level_limit_row[each])
+            if row >= 0:
+                length = norm(rows_at(state, state.limit_x, row + i))
+                binds = load(state.limit_least, row + i) >= -speed * length
+                found = where(binds, 1.0, found)
     return found
 
 

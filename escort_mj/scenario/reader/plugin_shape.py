@@ -31,7 +31,7 @@ from escort_mj.signals import SIGNALS
 NAME = re.compile(r"[a-z][a-z0-9_]{0,39}\Z")
 COMPONENTS: dict[type[Component], tuple[str, list[str]]] = {
     Law: ("law", ["self", "r"]),
-    Behavior: ("behavior", ["self", "robots", "i"]),
+    Behavior: ("behavior", ["self", "r"]),
     Policy: ("policy", ["self", "view", "body"]),
     Estimator: ("estimator", ["self", "view", "robot"]),
     Radio: ("radio", ["self", "r"]),
