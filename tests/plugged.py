@@ -53,7 +53,7 @@ from typing import Literal
 
 from pydantic import PositiveFloat
 
-from escort_mj.plugins import ACROSS, ALONG, Behavior
+from escort_mj.plugins import Behavior, Robots, Task, across, keep, unit_axis
 
 
 class Layer(Behavior):
@@ -65,15 +65,10 @@ class Layer(Behavior):
     height: float = 2.0
     """Height above the target's center [m]."""
 
-    def wish(self, robots, i):
-        error = self.height - (robots.q_measured[i, -1] - robots.target_position_measured[-1])
-        robots.wish_direction[-1] = 1.0
-        robots.wish_velocity[-1] = self.gain * error
-        robots.wish_error[0] = abs(error)
-        return ALONG
-
-    def task(self, robots, i):
-        return robots.q_measured[i, -1] - robots.target_position_measured[-1]
+    def task(self, r: Robots) -> Task:
+        """Keep the height."""
+        height = r.q[-1] - r.target[-1]
+        return keep(height, self.height, unit_axis(r.q, -1), self.gain)
 '''
 
 ESTIMATOR = '''

@@ -112,7 +112,7 @@ class AvoidObstacles(Behavior):
         nothing = everywhere(0.0)
         if not any_of(depth > 0.0):
             return along(x, nothing, 0.0 * x, nothing, nothing, nothing)
-        x = where(distance > 0.0, x / distance, unit_axis(x))  # no direction leads away from one's own place
+        x = where(distance > 0.0, x / distance, unit_axis(x, 0))  # at its own place, any direction does
         speed, error = norm(r.v), r.slope * norm(r.e)
         if int(self.gain) == PRINTED:
             # (b + sqrt(b^2 + 4ac)) / 2a with the printed b, multiplied out so that nothing cancels

@@ -61,9 +61,9 @@ class Inequality(NamedTuple):
     """
 
     value: Lanes
-    bound: Lanes
+    bound: Lanes | float
     x: Vec
-    rate: Lanes
+    rate: Lanes | float
 
 
 @inlined
@@ -85,9 +85,9 @@ def keep(value: Lanes, wanted: Lanes | float, x: Vec, gain: float) -> Task:
         x: Its gradient with respect to the position.
         gain: Lambda [1/s].
     """
-    weight, off = inverse_square(x), everywhere(wanted) - value
+    weight, off = inverse_square(x), wanted - value
     velocity = (gain * off * weight) * x
-    return along(x, weight, velocity, everywhere(1.0), abs(off) * root(weight), everywhere(value))
+    return along(x, weight, velocity, everywhere(1.0), abs(off) * root(weight), value)
 
 
 @inlined
@@ -158,13 +158,14 @@ def at_least(value: Lanes, bound: Lanes | float, x: Vec, rate: Lanes | float) ->
         x: Its gradient with respect to the position, not 0.
         rate: Share of h that a robot may use up per second [1/s].
     """
-    return Inequality(everywhere(value), everywhere(bound), x, everywhere(rate))
+    return Inequality(value, bound, x, rate)
 
 
 @inlined
 def violated(asked: Inequality) -> Task:
     """Return the task of an inequality by itself: active where the function is below its bound."""
-    short, weight = asked.bound - asked.value, inverse_square(asked.x)
+    short: Lanes = asked.bound - asked.value
+    weight = inverse_square(asked.x)
     least, nothing = asked.rate * short, everywhere(0.0)
     task = Task(
         (least * weight) * asked.x, asked.x, weight, asked.x, nothing, 1, nothing, everywhere(1.0),
@@ -267,10 +268,16 @@ def keep_task(task: Task, view: Any, i: int) -> None:
 @inlined
 def kept_task(view: Any, i: int) -> Task:
     """Return the task of robots i to i + 7 that was kept."""
-    at, rows = TRAITS * i, view.asked
     return Task(
-        rows_at(view, view.asked_velocity, i), rows_at(view, view.asked_x, i),
-        gather(rows, at + WEIGHT, TRAITS), rows_at(view, view.asked_other, i), gather(rows, at + OTHER_WEIGHT, TRAITS),
-        int(rows[i, DIRECTIONS]), gather(rows, at + ACROSS, TRAITS), gather(rows, at + ACTIVE, TRAITS),
-        gather(rows, at + ERROR, TRAITS), gather(rows, at + VALUE, TRAITS), gather(rows, at + LEAST, TRAITS), rows[i, SIDESTEP],
+        rows_at(view, view.asked_velocity, i), rows_at(view, view.asked_x, i), _kept(view, i, WEIGHT),
+        rows_at(view, view.asked_other, i), _kept(view, i, OTHER_WEIGHT), int(view.asked[i, DIRECTIONS]),
+        _kept(view, i, ACROSS), _kept(view, i, ACTIVE), _kept(view, i, ERROR), _kept(view, i, VALUE),
+        _kept(view, i, LEAST), view.asked[i, SIDESTEP],
     )  # fmt: skip
+
+
+@inlined
+def _kept(view: Any, i: int, trait: int) -> Lanes:
+    """Return a trait of the tasks that are kept of robots i to i + 7."""
+    found: Lanes = gather(view.asked, TRAITS * i + trait, TRAITS)
+    return found

@@ -3,20 +3,40 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from escort_mj.behaviors.behavior import Behavior
-from escort_mj.components.views import ACROSS, ALONG, NOTHING, BehaviorView
+from escort_mj.behaviors.task import ACROSS, ACTIVE, DIRECTIONS, ERROR, OTHER_WEIGHT, VALUE, WEIGHT
 from escort_mj.conformance.repeats import check_calls
-from escort_mj.conformance.stand import SEED, BrokenError, CheckResult, Stand, stands
+from escort_mj.conformance.stand import SEED, CheckResult, Stand, stands
 from escort_mj.scenario.schema.scenario import Scenario
+
+Array = NDArray[np.float64]
 
 DRAWS = 20
 SMALL = 1e-6  # m, for differences
 PARALLEL = 1e-4  # sine of the angle between a direction and what it should be
-TASK = "task"
+
+
+class Asked(NamedTuple):
+    """What a behavior asks of one robot.
+
+    Attributes:
+        velocity: What it is to do [m/s].
+        taken: Unit vectors that the task takes, shape (directions, p); of a task across x, x itself.
+        across: Whether it takes all directions but these.
+        error: How far it is from done [m].
+        value: The task function.
+    """
+
+    velocity: Array
+    taken: Array
+    across: bool
+    error: float
+    value: float
 
 
 def check_behavior(member: type[Behavior], kind: type[Scenario]) -> Iterator[CheckResult]:
@@ -29,35 +49,47 @@ def check_behavior(member: type[Behavior], kind: type[Scenario]) -> Iterator[Che
     yield from check_calls(member, kind)
     yield _consistent(member, kind)
     yield _at_target(member, kind)
-    if hasattr(member, TASK):
-        yield _jacobian(member, kind)
+    yield _jacobian(member, kind)
     yield _works(member, kind)
 
 
-def _draws(member: type[Behavior], kind: type[Scenario]) -> Iterator[tuple[Stand, int, int]]:
-    """Stands with drawn positions, a robot, and what the behavior returns for it."""
+def _draws(member: type[Behavior], kind: type[Scenario]) -> Iterator[tuple[Stand, int, Asked | None]]:
+    """Stands with drawn positions, a robot, and what the behavior asks of it; None where it asks nothing."""
     for stand in stands(member, kind):
         random = np.random.default_rng(SEED)
         for draw in range(DRAWS):
             stand.fill(random)
             robot = draw % len(stand.state.q)
-            yield stand, robot, stand.call(robot)
+            yield stand, robot, _asked(stand, robot)
 
 
-def _sine(a: Any, b: Any) -> float:
-    """Sine of the angle between two vectors; 0 where one is 0."""
-    size = float(np.linalg.norm(a) * np.linalg.norm(b))
-    return (
-        float(np.linalg.norm(a * float(b @ b) - b * float(a @ b)) / (size * np.linalg.norm(b)))
-        if size
-        else 0.0
-    )
+def _asked(stand: Stand, robot: int) -> Asked | None:
+    stand.call(0)
+    state, traits = stand.state, stand.state.asked[robot]
+    if traits[ACTIVE] < 0.5 and not stand.own.limits:
+        return None
+    both = ((WEIGHT, state.asked_x), (OTHER_WEIGHT, state.asked_other))[: int(traits[DIRECTIONS])]
+    taken = [x[robot] / np.linalg.norm(x[robot]) for weight, x in both if traits[weight] or stand.own.limits]
+    return Asked(
+        state.asked_velocity[robot].copy(), np.reshape(taken, (len(taken), state.q.shape[1])),
+        bool(traits[ACROSS] > 0.5), float(traits[ERROR]), float(traits[VALUE]),
+    )  # fmt: skip
 
 
-def _cosine(a: Any, b: Any) -> float:
-    """Absolute cosine of the angle between two vectors; 0 where one is 0."""
-    size = float(np.linalg.norm(a) * np.linalg.norm(b))
-    return abs(float(a @ b)) / size if size else 0.0
+def _share(vector: Array, directions: Array) -> float:
+    """Share of a vector in the span of directions; 0 where it is 0."""
+    if not len(directions) or not vector.any():
+        return 0.0
+    inside = np.linalg.lstsq(directions.T, vector, rcond=None)[0] @ directions
+    return float(np.linalg.norm(inside) / np.linalg.norm(vector))
+
+
+def _off(asked: Asked, vector: Array) -> float:
+    """Sine of the angle between a vector and what a task takes; 0 where one is 0."""
+    share = _share(vector, asked.taken)
+    if asked.across or not vector.any():
+        return share
+    return float(np.sqrt(max(1.0 - share * share, 0.0)))
 
 
 def _degrees(sine: float) -> str:
@@ -66,27 +98,17 @@ def _degrees(sine: float) -> str:
 
 
 def _consistent(member: type[Behavior], kind: type[Scenario]) -> CheckResult:
-    """What is wished lies in what the task takes: else what lower priorities may keep would be overruled."""
-    name, seen = "keeps to its task", {ALONG: 0, ACROSS: 0, NOTHING: 0}
-    for stand, _, rank in _draws(member, kind):
-        direction, velocity = stand.state.wish_direction, stand.state.wish_velocity
-        if rank not in seen:
-            raise BrokenError(name, f"returned {rank}; expected ALONG, ACROSS or NOTHING")
-        seen[rank] += 1
-        if rank == NOTHING:
+    """What is asked lies in what the task takes: else what lower priorities may keep would be overruled."""
+    name, seen = "keeps to its task", {"along": 0, "across": 0, "nothing": 0}
+    for _, _, asked in _draws(member, kind):
+        if asked is None:
+            seen["nothing"] += 1
             continue
-        if not direction.any():
-            raise BrokenError(name, "wish_direction is 0 while the task is active")
-        off = _sine(velocity, direction) if rank == ALONG else _cosine(velocity, direction)
-        if off > PARALLEL:
-            wanted = "along" if rank == ALONG else "across"
-            return CheckResult(
-                name,
-                False,
-                f"wish_velocity is {_degrees(off)} off {wanted} wish_direction",
-            )
-    names = zip(("along", "across", "nothing"), seen.values(), strict=True)
-    words = ", ".join(f"{word} {count} times" for word, count in names if count)
+        where = "across" if asked.across else "along"
+        seen[where] += 1
+        if (off := _off(asked, asked.velocity)) > PARALLEL:
+            return CheckResult(name, False, f"its velocity is {_degrees(off)} off {where} x")
+    words = ", ".join(f"{word} {count} times" for word, count in seen.items() if count)
     return CheckResult(name, True, words)
 
 
@@ -101,48 +123,41 @@ def _at_target(member: type[Behavior], kind: type[Scenario]) -> CheckResult:
     return CheckResult("no singularity", True, "finite where all robots are at the target")
 
 
-def _view(stand: Stand) -> BehaviorView:
-    """What the behavior sees, for its task function."""
-    from escort_mj.memory.layout import LAYOUT
-
-    view: BehaviorView = LAYOUT.read(BehaviorView, int(stand.plan.ctypes.data), int(stand.memory.ctypes.data))
-    return view
-
-
 def _jacobian(member: type[Behavior], kind: type[Scenario]) -> CheckResult:
-    """The direction is the gradient of the task function, or lies across it, by central differences."""
-    worst = 0.0
-    for stand, robot, rank in _draws(member, kind):
-        if rank == NOTHING:
+    """The gradient is that of the task function, by central differences; a task across x has none."""
+    worst, tried = 0.0, 0
+    for stand, robot, asked in _draws(member, kind):
+        if asked is None or asked.across or not len(asked.taken):
             continue
-        view, position = _view(stand), stand.state.q_measured[robot]
-        gradient = np.zeros(len(position))
+        x, position = stand.state.asked_x[robot].copy(), stand.state.q_measured[robot]
+        found = np.zeros(len(position))
         for k in range(len(position)):
-            here = position[k]
-            sides = []
+            here, sides = position[k], []
             for side in (SMALL, -SMALL):
                 position[k] = here + side
-                sides.append(float(getattr(stand.own, TASK)(view, robot)))
+                sides.append(_value(stand, robot))
             position[k] = here
-            gradient[k] = (sides[0] - sides[1]) / (2.0 * SMALL)
-        direction = stand.state.wish_direction
-        worst = max(worst, _sine(direction, gradient) if rank == ALONG else _cosine(direction, gradient))
-    return CheckResult(
-        "Jacobian",
-        worst <= PARALLEL,
-        f"against differences of task(): {_degrees(worst)} off",
-    )
+            found[k] = (sides[0] - sides[1]) / (2.0 * SMALL)
+        tried += 1
+        worst = max(worst, float(np.linalg.norm(found - x)) / max(1.0, float(np.linalg.norm(x))))
+    words = f"gradient against differences: {worst:.1g} off in {tried} places" if tried else "no gradient"
+    return CheckResult("Jacobian", worst <= PARALLEL, words)
+
+
+def _value(stand: Stand, robot: int) -> float:
+    """The task function of a robot now."""
+    stand.call(0)
+    return float(stand.state.asked[robot, VALUE])
 
 
 def _works(member: type[Behavior], kind: type[Scenario]) -> CheckResult:
-    """A short step of the robot as wished does not take the task farther from done."""
+    """A short step of the robot as asked does not take the task farther from done."""
     step, rises, most = 1e-4, 0, 0
-    for stand, robot, rank in _draws(member, kind):
-        if rank == NOTHING:
+    for stand, robot, asked in _draws(member, kind):
+        if asked is None:
             continue
-        before = float(stand.state.wish_error[0])
-        stand.state.q_measured[robot] += step * stand.state.wish_velocity
-        stand.call(robot)
+        stand.state.q_measured[robot] += step * asked.velocity
+        after: Any = _asked(stand, robot)
         most += 1
-        rises += float(stand.state.wish_error[0]) > before + 1e-9 * max(1.0, before)
-    return CheckResult("works", rises == 0, f"wish_error rises in {rises} of {most} steps as wished")
+        rises += after is not None and after.error > asked.error + 1e-9 * max(1.0, asked.error)
+    return CheckResult("works", rises == 0, f"the error rises in {rises} of {most} steps as asked")

@@ -212,6 +212,8 @@ class Stand:
     @property
     def numbers(self) -> int:
         """How many robots, or bodies with a policy, the method can be called for."""
+        if isinstance(self.own, Behavior):
+            return 1  # eight robots at once
         if isinstance(self.own, Radio | Sensor):
             return 2  # questions
         return len(self.state.mover_position) if isinstance(self.own, Policy) else len(self.state.q)

@@ -115,7 +115,10 @@ def _kept(level: int, gradients: Array, traits: Array, r: Robots) -> Task:
     weight, other_weight = row_of(traits, TRAITS * level), row_of(traits, TRAITS * level + 1)
     crosswise, active = row_of(traits, TRAITS * level + 2), row_of(traits, TRAITS * level + 3)
     directions = int(traits[TRAITS * level + 4, 0])
-    return Task(x, x, weight, other, other_weight, directions, crosswise, active, active, 0.0)
+    nothing = everywhere(0.0)
+    return Task(
+        x, x, weight, other, other_weight, directions, crosswise, active, nothing, nothing, nothing, 0.0
+    )  # fmt: skip
 
 
 @inlined

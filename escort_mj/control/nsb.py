@@ -89,7 +89,8 @@ class LimitState(Fields):
 
 def _limit_rows(setup: MissionSetup) -> list[float]:
     """Return the row where the inequality of each level begins; -1 for other tasks."""
-    rows, room = [], room_for(setup.count)
+    rows: list[float] = []
+    room = room_for(setup.count)
     for behavior in setup.all_behaviors:
         before = sum(row >= 0.0 for row in rows)
         rows.append(float(room * before) if behavior.limits else -1.0)

@@ -96,9 +96,9 @@ def largest(x: Any) -> Any:
     return np.max(x)
 
 
-def everywhere(x: float) -> Any:
-    """The same float in all lanes."""
-    return np.full(WIDTH, x, dtype=float)
+def everywhere(x: Any) -> Any:
+    """The same float in all lanes; what are lanes already stay so."""
+    return np.full(WIDTH, x, dtype=float) if np.ndim(x) == 0 else x
 
 
 def load(array: Array, at: int) -> Any:

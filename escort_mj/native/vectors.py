@@ -112,9 +112,9 @@ def turned(x: Vec, first: int) -> Vec:
     return Vec(tuple(parts))
 
 
-def unit_axis(x: Vec) -> Vec:
-    """Unit vector along the first axis, with as many axes as another vector."""
-    return Vec(tuple(everywhere(1.0 if axis == 0 else 0.0) for axis in range(len(x))))
+def unit_axis(x: Vec, axis: int) -> Vec:
+    """Unit vector along an axis, with as many axes as another vector; -1 is the last axis."""
+    return Vec(tuple(everywhere(1.0 if k == axis % len(x) else 0.0) for k in range(len(x))))
 
 
 # How vectors and memory meet. The first argument, a view of the state, says how many axes there are.

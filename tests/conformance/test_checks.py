@@ -88,17 +88,14 @@ class TestBehaviors:
     @pytest.mark.parametrize(
         ("change", "check"),
         [
-            (("wish_velocity[-1] =", "wish_velocity[0] ="), "keeps to its task"),
-            (("return ALONG", "return ACROSS"), "keeps to its task"),
-            (("return ALONG", "return 2"), "runs"),
-            (("return ALONG", "return None"), "runs"),
-            (("wish_direction[-1] = 1.0", "wish_direction[:] = 0.0"), "keeps to its task"),
-            (("return robots.q", "return 0.1 * robots.q_measured[i, 0] ** 2 + robots.q"), "Jacobian"),
-            (("self.gain * error", "-self.gain * error"), "works"),
-            (("abs(error)",
-              "abs(float(robots.q_measured[i, 0] - robots.target_position_measured[0]) or float('inf'))"),
-             "no singularity"),
-            (("abs(error)", "1 / (robots.q_measured[i, 0] - robots.target_position_measured[0])"), "runs"),
+            (("return keep(", "return across(unit_axis(r.q, -1), unit_axis(r.q, -1), abs(height))  # "),
+             "keeps to its task"),
+            (("return keep", "return 2  # "), "runs"),
+            (("return keep", "return None  # "), "runs"),
+            (("unit_axis(r.q, -1)", "unit_axis(r.q, 0)"), "Jacobian"),
+            (("height = ", "height = 0.1 * r.q[0] * r.q[0] + "), "Jacobian"),
+            (("self.gain)", "-self.gain)"), "works"),
+            (("height = ", "height = 1.0 / (r.q[0] - r.target[0]) + "), "no singularity"),
         ],
     )  # fmt: skip
     def test_a_wrong_one_is_found_by_its_check(self, compiled, tmp_path, change, check):

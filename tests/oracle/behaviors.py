@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from functools import singledispatch
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -22,8 +23,8 @@ from escort_mj.behaviors.spacing import TURN, Spacing
 from escort_mj.behaviors.surface import SOFT, Surface, _ahead, _margin, fitted
 from escort_mj.behaviors.vertices import Vertices
 from escort_mj.components.parameters import UNLIMITED
-from escort_mj.components.views import ACROSS, NOTHING, BehaviorView
 from escort_mj.control.setup import Setup
+from escort_mj.native.vectors import Vec
 from tests.oracle.setup import setup_now
 from tests.oracle.task import (
     Situation,
@@ -42,7 +43,7 @@ Mask = NDArray[np.bool_]
 
 @singledispatch
 def team_tasks(behavior: Behavior, now: Situation) -> tuple[Task, ...]:
-    """Return its tasks, summed up where there are several; by default robot by robot, from `wish`."""
+    """Return its tasks, summed up where there are several; by default as plugins ask, of all robots."""
     return _tasks_by_robot(behavior, now)
 
 
@@ -85,23 +86,25 @@ def wish(behavior: Behavior, now: Situation) -> Array:
 
 
 def _tasks_by_robot(behavior: Any, now: Situation) -> tuple[Task, ...]:
-    """Ask a behavior that is written robot by robot."""
+    """Ask a behavior as it is written, of arrays of all robots."""
     (n, p), setup = now.q.shape, now.setup
     jacobian, rate = np.zeros((n, p, n, p)), np.zeros((n, p))
+    robots = SimpleNamespace(
+        q=Vec(tuple(now.q.T)), v=Vec(tuple(now.v.T)), target=Vec(tuple(now.c.T)),
+        target_velocity=Vec(tuple(now.c_dot.T)), radius=setup.radius, time=now.time,
+    )  # fmt: skip
+    asked = behavior.task(robots)
     for i in range(n):
-        seen = BehaviorView(
-            setup.timestep, setup.radius, setup.max_speed, np.array([now.time]), now.q, now.v,
-            now.c[i], now.c_dot[i], setup.robot_radius, now.team.lost.astype(float), setup.obstacle_position,
-            setup.obstacle_radius, np.zeros(p), np.zeros(p), np.zeros(1),
-        )  # fmt: skip
-        taken = behavior.wish(seen, i)
-        if taken == NOTHING:
-            continue
-        unit = seen.wish_direction / np.linalg.norm(seen.wish_direction)
-        along = np.outer(unit, unit)
-        jacobian[i, :, i] = np.eye(p) - along if taken == ACROSS else along
-        rate[i] = seen.wish_velocity
+        x = np.array([_of(part, i, n) for part in asked.x])
+        along = np.outer(x, x) / (x @ x)
+        jacobian[i, :, i] = np.eye(p) - along if _of(asked.across, i, n) > 0.5 else along
+        rate[i] = [_of(part, i, n) for part in asked.velocity]
     return (Task(jacobian.reshape(n * p, n * p), rate.ravel()),)
+
+
+def _of(values: Any, i: int, count: int) -> float:
+    """Return what a robot has of values, or of the same number in eight lanes."""
+    return float(values[i] if len(values) == count else values[0])
 
 
 @team_tasks.register

@@ -111,8 +111,8 @@ def find_constraints(
 
 @inlined
 def _add_limits(
-    robot: int, speed: float, plan: Plan, state: State, rows: Array, bounds: Array, shared: Array, gaps: Array,
-    direction: Array, count: int,
+    robot: int, speed: float, plan: Plan, state: State, rows: Array, bounds: Array, shared: Array,
+    gaps: Array, direction: Array, count: int,
 ) -> int:  # fmt: skip
     """Add the constraints of the robot's inequalities that a velocity of some speed could break."""
     phase, p = int(state.phase[robot]), state.q.shape[1]

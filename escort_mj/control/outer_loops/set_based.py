@@ -229,7 +229,7 @@ def _may_bind(i: int, level: int, avoid: Any, rules: Rules, plan: Plan, state: S
 
 @inlined
 def _limits_bind(i: int, level: int, speed: Lanes, plan: Plan, state: State) -> Lanes:
-    """Return 1 for those of robots i to i + 7 for which a velocity of some speed breaks an inequality, else 0.
+    """Return 1 for those of robots i to i + 7 of which a velocity may break an inequality, else 0.
 
     Args:
         i: First robot, from 0.

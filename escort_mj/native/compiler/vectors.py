@@ -237,12 +237,17 @@ def _turned_from(builder: Any, parts: list[Any], axes: Any, begin: int) -> list[
 
 
 @instructions_of(names.unit_axis)
-def _unit_axis(context: Any, x: Any) -> Any:
+def _unit_axis(context: Any, x: Any, axis: Any) -> Any:
     def generate(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
-        found = [ir.Constant(LANES, [float(k == 0)] * WIDTH) for k in range(x.room)]
-        return _packed(context, builder, x, found, _axes(builder, x, arguments[0]))
+        axes, zero, one = _axes(builder, x, arguments[0]), LANES(None), LANES([1.0] * WIDTH)
+        wanted = context.cast(builder, arguments[1], sig.args[1], types.intp)
+        wanted = builder.select(
+            builder.icmp_signed("<", wanted, wanted.type(0)), builder.add(wanted, axes), wanted
+        )
+        chosen = [builder.icmp_signed("==", wanted, wanted.type(k)) for k in range(x.room)]
+        return _packed(context, builder, x, [builder.select(each, one, zero) for each in chosen], axes)
 
-    return x(x), generate
+    return x(x, axis), generate
 
 
 def _cast(context: Any, builder: Any, kind: Any, value: Any) -> Any:

@@ -194,6 +194,9 @@ def _check_equations(model: type[Equations], place: str) -> None:
             verb = "integrates" if issubclass(model, Law | Disturbance) else "keeps"
             words = f"nothing {verb} {name}{_line(vars(model)[name])}; expected the line  {memory}"
             raise PluginError(f"{place}: {words}{did_you_mean(name, moved)}")
+    if model.memories() and not model.keeps:
+        words = f"{kind_of(model)}s keep nothing from step to step"
+        raise PluginError(f"{place}: found {next(iter(model.memories()))}; {words}")
     known = {name for name, _ in model.reads}
     if taken := [name for name in model.memories() if name in known]:
         raise PluginError(f"{place}: {taken[0]} is a value that {kind_of(model)}s read; choose another name")
@@ -226,6 +229,9 @@ def _check_old(model: type[Component], place: str) -> None:
         if name in vars(model):
             raise PluginError(f"{place}: found {name} = {vars(model)[name]!r:.80}; it is not to be set")
     wanted = f"{model.method}({', '.join(_called(model)[1])})"
+    if issubclass(model, Behavior) and "wish" in vars(model):
+        words = f"{wanted}, which returns keep(...), across(...), move(...) or at_least(...)"
+        raise PluginError(f"{place}: found wish{_line(vars(model)['wish'])}; expected {words}")
     for name in (f"{model.method}_kernel", f"{model.method}_lanes"):
         if name in vars(model):
             words = f"{wanted} with the line  compiled: ClassVar[bool] = True"
