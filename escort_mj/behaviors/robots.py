@@ -10,7 +10,7 @@ from escort_mj.knowledge.belief import target_of, target_velocity_of
 from escort_mj.knowledge.teammates import Mate, mate_of, places_of
 from escort_mj.native.lanes import Lanes, greatest, least, load, there
 from escort_mj.native.values import maker_of, unknown
-from escort_mj.native.vectors import Vec, rows_at, rows_from
+from escort_mj.native.vectors import Vec, one_row, rows_at, rows_from
 from escort_mj.plan import Plan, State
 
 
@@ -91,6 +91,10 @@ class Robots:
         """Largest reference speed; 1e300 for no limit [m/s]."""
         return self.plan.max_speed
 
+    def vector(self, numbers: Any) -> Vec:
+        """Return a parameter that is a vector, the same for all robots."""
+        return one_row(self.state, numbers)
+
     def at(self, matrix: Any, first: int) -> Vec:
         """Return a vector for each robot, of a matrix whose rows from the first one on are the robots'."""
         return rows_at(self.state, matrix, first + self.i)
@@ -99,6 +103,15 @@ class Robots:
         """Return the measured position of another robot for each robot, by its number [m]."""
         known = least(greatest(load(others, self.i), 0.0), float(self.state.q.shape[0] - 1))
         return rows_from(self.state, self.state.q_measured, known)
+
+    @property
+    def obstacles(self) -> int:
+        """How many obstacles there are."""
+        return self.plan.obstacle_radius.shape[0]
+
+    def obstacle_radius(self, j: int) -> float:
+        """Return the radius of an obstacle; 0 where it is no sphere [m]."""
+        return self.plan.seen_radius[j]
 
     def obstacle(self, j: int) -> Vec:
         """Return where each robot finds an obstacle: its center, or of no sphere its nearest point [m]."""

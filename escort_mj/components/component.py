@@ -7,7 +7,7 @@ from typing import Annotated, Any, ClassVar, Literal, NamedTuple, get_args, get_
 
 from pydantic import ConfigDict
 
-from escort_mj.components.parameters import NAME_KEYS, UNLIMITED, Parameters
+from escort_mj.components.parameters import NAME_KEYS, UNLIMITED, Parameters, Vector
 from escort_mj.components.setup import MissionSetup
 from escort_mj.native.fields import Array, Fields, Value
 from escort_mj.native.kernels import DOUBLE, data_address, inlined, reachable
@@ -105,23 +105,28 @@ class Component(Parameters):
         for name, field in cls.model_fields.items():
             if name in cls.python_only:
                 continue
-            kind = _kind_of(field.annotation)
-            if kind not in (float, int, bool):
+            kind: Any = Annotated[Array, "p"] if name in cls.vectors() else _kind_of(field.annotation)
+            if kind not in (float, int, bool, Annotated[Array, "p"]):
                 raise TypeError(
                     f"{name}: found {field.annotation}; a parameter of a law or behavior is a float, an int, "
-                    "a bool, a Literal of names, or a float or None for no limit"
+                    "a bool, a Vector, a Literal of names, or a float or None for no limit"
                 )
             found[name] = kind
         return found
 
-    def packed(self, setup: MissionSetup | None = None) -> dict[str, float]:
+    @classmethod
+    def vectors(cls) -> list[str]:
+        """Return its parameters that are vectors, a number for each axis."""
+        return [name for name, field in cls.model_fields.items() if field.annotation == Vector]
+
+    def packed(self, setup: MissionSetup | None = None) -> dict[str, Any]:
         """Return its parameters as numbers.
 
         Args:
             setup: The mission, for parameters that depend on it.
         """
-        values: dict[str, float] = {}
-        for name in self.numbers():
+        values: dict[str, Any] = {name: getattr(self, name) for name in self.vectors()}
+        for name in [each for each in self.numbers() if each not in values]:
             value = getattr(self, name)
             choices = choices_of(type(self), name)
             values[name] = float(choices.index(value) if choices else UNLIMITED if value is None else value)

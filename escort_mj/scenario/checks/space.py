@@ -36,6 +36,7 @@ def check_dimensions(mission: Mission) -> Iterator[Finding]:
         *((("robots", "overrides", i, "position"), o.position) for i, o in enumerate(robots.overrides)),
         (("robots", "placement", "center"), robots.placement.center if robots.placement else None),
         *vectors_of_obstacles(scenario),
+        *_vectors_of_behaviors(scenario),
         (("uncertainty", "disturbance"), scenario.uncertainty.disturbance),
     ]
     for path, vector in vectors:
@@ -48,6 +49,16 @@ def check_dimensions(mission: Mission) -> Iterator[Finding]:
             f"found {list(gravity)} m/s^2 in {axes} axes; gravity pulls along x, y, z only: give "
             "uncertainty.disturbance instead, one force per axis",
         )
+
+
+def _vectors_of_behaviors(scenario: Scenario) -> Iterator[tuple[Path, Sequence[Any]]]:
+    """Yield the parameters of behaviors that are vectors, and where they stand."""
+    stacks: list[tuple[Path, Sequence[Any]]] = [(("mission",), scenario.mission.behaviors)]
+    stacks += [(("mission", "supervisor", i), p.behaviors) for i, p in enumerate(scenario.mission.supervisor)]
+    for path, behaviors in stacks:
+        for i, behavior in enumerate(behaviors):
+            for name in type(behavior).vectors():
+                yield (*path, "behaviors", i, name), getattr(behavior, name)
 
 
 def check_body(mission: Mission) -> Iterator[Finding]:
