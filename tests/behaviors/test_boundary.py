@@ -1,0 +1,60 @@
+"""A half-space that robots never enter: in both outer loops, in plane and space, without chatter."""
+
+import numpy as np
+import pytest
+
+import escort_mj
+from escort_mj import Run, ScenarioError, load_scenario
+
+EDGE = 3.2  # m along the first axis; the team's sphere around the target goes beyond it
+EXACT = {"sensing": {}, "uncertainty": {}}
+
+
+def flown(name: str, outer: str, boundary: bool, changes: dict, overrides: tuple[str, ...] = ()) -> Run:
+    scenario = load_scenario(name, ["duration=10", "expect=[]", f"mission.outer={outer}", *overrides])
+    first, *others = np.eye(scenario.axes)
+    table = {"behavior": "boundary", "point": (EDGE * first).tolist(), "normal": (-first).tolist()}
+    behaviors = [{"behavior": "avoid_obstacles", "safe_distance": 0.4}, "vertices", "surface"]
+    if boundary:
+        behaviors.insert(0, table)
+    return escort_mj.run(scenario.replace({"mission.behaviors": behaviors, **changes}))
+
+
+@pytest.mark.parametrize("outer", ["nsb", "set_based"])
+@pytest.mark.parametrize("name", ["main", "main_3d"])
+@pytest.mark.parametrize("changes", [{}, EXACT], ids=["noise", "exact"])
+def test_robots_stay_on_their_side(compiled: None, name: str, outer: str, changes: dict) -> None:
+    run = flown(name, outer, True, changes)
+    assert run.outcome == "completed"
+    assert run.trace["q"].values[..., 0].max() < EDGE
+    free = flown(name, outer, False, changes)
+    assert free.trace["q"].values[..., 0].max() > EDGE + 1.0  # they would have gone there
+
+
+@pytest.mark.parametrize("outer", ["nsb", "set_based"])
+def test_nothing_chatters_at_the_boundary(compiled: None, outer: str) -> None:
+    """Without noise, robots come to the boundary and stay: velocities have no steps and hardly turn round."""
+    run = flown("main", outer, True, EXACT, ("recording.rate=250",))
+    gap = EDGE - run.trace["q"].values[..., 0]
+    last = run.trace["time"].values > 5.0
+    there = [i for i in range(gap.shape[1]) if (gap[last, i] < 0.5).all()]
+    assert there  # some robots are held there
+    for i in there:
+        along = run.trace["v_d"].values[last, i, 0]
+        steps = np.diff(along)
+        turns = int((np.diff(np.sign(steps[np.abs(steps) > 1e-6])) != 0).sum())
+        assert turns <= 5 and np.abs(steps).max() < 0.02
+
+
+def test_a_boundary_above_is_kept_before_what_is_below(compiled: None) -> None:
+    """Its row of the null space: below it, tasks lose their part along the normal and keep the rest."""
+    run = flown("main", "nsb", True, EXACT)
+    q, v = run.trace["q"].values, run.trace["v_d"].values
+    speed = 2.0 * (EDGE - 0.1 - run.scenario.robots.radius - q[..., 0])
+    assert (v[..., 0] <= speed + 1e-9).all()
+
+
+def test_its_vectors_have_a_number_for_each_axis() -> None:
+    table = {"behavior": "boundary", "point": [0.0, 0.0, 0.0], "normal": [1.0, 0.0]}
+    with pytest.raises(ScenarioError, match=r"mission\.behaviors\[0\]\.point: found 3 numbers; expected 2"):
+        load_scenario("main").replace({"mission.behaviors": [table]})
