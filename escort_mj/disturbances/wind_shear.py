@@ -57,7 +57,7 @@ class WindShear(Disturbance):
             )
         else:
             share = np.power(np.maximum(height / self.reference, 0.0), self.exponent)
-        ahead = unit_axis(r.q)
+        ahead = unit_axis(r.q, 0)
         along = math.cos(self.heading) * ahead + math.sin(self.heading) * quarter_turn(ahead)
         wind = self.speed * share * along + r.gust - r.v
         area = math.pi * r.radius * r.radius
