@@ -56,14 +56,15 @@ def due(schedule: Schedule, taken: int) -> int:
 
 
 def next_hop(schedule: Schedule, taken: int) -> tuple[int, int]:
-    """Return how many samples to take until the next command, and how many physics steps are taken then.
+    """Return how many samples to take until the next command, and how many physics steps that takes.
 
     Args:
         schedule: When samples are taken.
         taken: How many have been taken.
     """
     count = due(schedule, taken)
-    return count, schedule.step(taken + count - 1) + 1
+    done = schedule.step(taken - 1) + 1 if taken else 0
+    return count, schedule.step(taken + count - 1) + 1 - done
 
 
 class Taken(NamedTuple):
@@ -145,7 +146,8 @@ class Fleet:
         self.touching = np.zeros((count, self.senses.robots), dtype=bool)
         self._hops: list[list[int]] = [[] for _ in range(count)]  # samples kept after each command
         self._unkept: list[tuple[Mark, int] | None] = [None] * count
-        self._last = first.world.schedule.last
+        self._taken = [0] * count
+        self._total = first.world.schedule.count
         self._next = lru_cache(HOPS)(partial(next_hop, first.world.schedule))
         # Views of each mission's memory: what is commanded, episodes that have ended, MuJoCo's warnings.
         self._given: list[Array] = [np.zeros((0,))] * count
@@ -287,6 +289,7 @@ class Fleet:
         session = self.missions[mission]
         plant = session.plant
         self.senses.enter(mission, plant, session.bound)
+        self._taken[mission] = session.world.schedule.before(plant.steps)
         self._given[mission] = plant.state.v_d if self._command == "velocity" else plant.state.tau
         if self.rivals:
             self.rivals[mission] = Rivals(plant, self._rival_reward)
@@ -297,15 +300,14 @@ class Fleet:
     def _fly(self, missions: Iterator[int], several: dict[int, Taken]) -> None:
         """Take the samples that are due in missions; put them into `several` where they are kept or many."""
         for k in missions:
-            session, plant = self.missions[k], self.missions[k].plant
-            schedule = session.world.schedule
-            first = schedule.before(plant.steps)
-            count, end = self._next(first)
-            if count == 1 and not self._keep:
-                for until in session.stretches(end):
-                    plant.step(until - plant.steps)
+            session, first = self.missions[k], self._taken[k]
+            plant, (count, steps) = session.plant, self._next(first)
+            self._taken[k] += count
+            if count == 1 and not (self._keep or session.pressed):
+                plant.step(steps)
                 self.senses.perceive(k)
             else:
+                schedule, end = session.world.schedule, plant.steps + steps
                 rows, episodes, marks = np.empty((count, session.world.record_size)), [], []
                 for until in session.stretches(end):
                     row, last = (schedule.before(step) - first for step in (plant.steps, until))
@@ -332,10 +334,10 @@ class Fleet:
                     self._stands(k, found, message)
                 if self._keep:
                     self._take(k, several[k], kept)
-        for k in missions:
-            plant = self.missions[k].plant
-            if plant.steps > self._last and not self.broken[k]:
-                self._stands(k, Outcome.COMPLETED, completed(plant.record[None]))
+        if max(self._taken) == self._total:
+            for k in missions:
+                if self._taken[k] == self._total and not self.broken[k]:
+                    self._stands(k, Outcome.COMPLETED, completed(self.missions[k].plant.record[None]))
 
     def _take(self, mission: int, taken: Taken, kept: int) -> None:
         """Keep samples; those that are not worth it are taken back later: what broke is still observed."""

@@ -53,6 +53,7 @@ class Session:
         message: How the mission ended, in words; empty while it runs.
         notes: All interventions, each with its time.
         wall: Time that it took so far [s].
+        pressed: Whether pushes act, or have acted until now; if not, there is one stretch to any step.
     """
 
     def __init__(
@@ -79,7 +80,7 @@ class Session:
         self._episodes: list[Array] = []
         self._pushes: list[Push] = []
         self._pushed: list[tuple[float, float, float, float]] = []
-        self.wall = 0.0
+        self.wall, self.pressed = 0.0, False
 
     def _build(self, scenario: Scenario) -> World:
         if self.commanded is None and not self._opponents:
@@ -143,6 +144,7 @@ class Session:
         values = numbers(force, "force", (p,), f"{p} components [N]")
         steps = math.inf if seconds is None else self._steps_in(seconds)
         whole = np.append(values, np.zeros(IN_SPACE - p))
+        self.pressed = True
         self._pushes.append(Push(robot - 1, whole, self.plant.steps + steps))
         until = self.time + steps * self.scenario.physics.timestep
         self._pushed.append((robot - 1.0, self.time, until, float(np.abs(values).max())))
@@ -175,7 +177,7 @@ class Session:
         while self.plant.steps < end:
             self._pushes = [push for push in self._pushes if push.until > self.plant.steps]
             applied = self.plant.data.xfrc_applied
-            applied[:] = 0.0
+            applied[:], self.pressed = 0.0, bool(self._pushes)
             for push in self._pushes:
                 applied[self.world.model.body(f"robot_{push.robot + 1}").id, :IN_SPACE] += push.force
             yield int(min([end, *(push.until for push in self._pushes)]))
@@ -220,7 +222,7 @@ class Session:
         self.outcome, self.message = snapshot["outcome"], snapshot["message"]
         self._samples, self._episodes = list(snapshot["samples"]), list(snapshot["episodes"])
         self._pushes, self._pushed = list(snapshot["pushes"]), list(snapshot["pushed"])
-        self.notes = list(snapshot["notes"])
+        self.notes, self.pressed = list(snapshot["notes"]), True
 
     def flight(self) -> Flight:
         """Return what came of the mission so far; one that has not ended is interrupted, and can go on."""
