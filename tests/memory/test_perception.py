@@ -176,7 +176,7 @@ def test_machine_code_and_numpy_agree(case: str) -> None:
         np.testing.assert_allclose(found, rewards(simulation, rows, commanded, reward), rtol=1e-12)
         np.testing.assert_allclose(simulation.observe(), observed(simulation, rows), rtol=1e-11, atol=1e-13)
     assert several
-    assert simulation._senses.sound.all()
+    assert simulation.fleet.senses.sound.all()
     if case == "teams":
         assert (simulation.plant.state.member_of != [1, 1, 1, 1, 1, 2, 2, 2, 2]).sum() == 2
 
@@ -184,12 +184,12 @@ def test_machine_code_and_numpy_agree(case: str) -> None:
 def test_what_is_wrong_anywhere_in_a_record_is_noticed() -> None:
     simulation = Simulation("main")
     simulation.reset()
-    senses, state = simulation._senses, simulation.plant.state
+    senses, state = simulation.fleet.senses, simulation.plant.state
     for signal, value, sound in [
         ("clearance", np.nan, 0.0),
         ("disturbance", np.inf, 0.0),
         ("clearance", np.inf, 1.0),
-        ("q", simulation._bound, 0.0),
+        ("q", simulation.session.bound, 0.0),
     ]:
         place = getattr(state, signal).reshape(-1)[:1]
         before = place.copy()

@@ -11,6 +11,7 @@ from escort_mj.components.views import LawView
 from escort_mj.laws.apd_smc import ApdSmc
 from escort_mj.laws.asmc import Asmc
 from escort_mj.laws.computed_torque import ComputedTorque
+from escort_mj.laws.disturbance_observer import DisturbanceObserver
 from escort_mj.laws.law import Law
 from escort_mj.laws.pd import Pd
 from escort_mj.laws.pd_smc import PdSmc
@@ -25,6 +26,18 @@ Array = NDArray[np.float64]
 def force(law: Law, robots: LawView) -> None:
     """Write the force of a law, and the rates of what it integrates."""
     law.force(robots)  # type: ignore[attr-defined]
+
+
+@force.register
+def _force_of_disturbance_observer(law: DisturbanceObserver, robots: LawView) -> None:
+    """Write PD less z + p of the step before, and z' = -L (z + p + tau), p = L m v (Chen et al. 2000)."""
+    estimate, z = robots.component_memory
+    p = law.bandwidth * law.mass * robots.v_measured
+    robots.tau[:] = law.proportional_gain * robots.e + law.derivative_gain * robots.e_dot - estimate
+    limits = np.reshape(robots.force_limits, (len(z), -1))
+    given = np.clip(robots.tau, -limits, limits)
+    robots.component_rate[0] = (z + p - estimate) / robots.timestep
+    robots.component_rate[1] = -law.bandwidth * (z + p + given)
 
 
 def switching(law: SlidingModeLaw, s: Array) -> Array:

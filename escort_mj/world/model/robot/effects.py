@@ -14,6 +14,7 @@ from escort_mj.errors import RobotError
 Array = NDArray[np.float64]
 
 MOTOR, POSITION_SERVO, VELOCITY_SERVO, OTHER = "motor", "position servo", "velocity servo", "other"
+LARGEST_GAP = 10.0  # m
 SMALL = 1e-9
 FREE, BALL, SLIDE, HINGE = (int(kind) for kind in mujoco.mjtJoint.__members__.values())
 
@@ -252,11 +253,10 @@ def solid_geoms(machine: Machine) -> list[int]:
         found = f"contype and conaffinity of all {len(ours)} are 0" if ours else "it has none"
         raise RobotError(f"{machine.name}: none of its geoms can touch anything: {found}")
     for geom in solid:
-        if (gap := model.geom_gap[geom]) > (margin := model.geom_margin[geom]):
+        if (gap := model.geom_gap[geom]) > LARGEST_GAP:
             raise RobotError(
-                f"{machine.name}: {_called(model, geom)}: found a gap of {gap:g} m; allowed is at most its "
-                f"margin, {margin:g} m: what it touches would be {gap - margin:g} m inside it before "
-                "anything pushes back"
+                f"{machine.name}: {_called(model, geom)}: found a gap of {gap:g} m; allowed is at most "
+                f"{LARGEST_GAP:g} m: what it touches would be so far inside it before anything pushes back"
             )
     return solid
 
