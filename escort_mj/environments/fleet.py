@@ -321,11 +321,11 @@ class Fleet:
 
     def _judge(self, missions: Sequence[int], several: dict[int, Taken]) -> None:
         """Find out how missions stand, of all at once; `examine` is asked where something may be wrong."""
-        if np.concatenate(self._ended).any():
+        if not self._keep and np.concatenate(self._ended).any():
             for each in self.missions:
                 each.plant.ended()  # makes room in the log
-        warned = np.concatenate(self._warnings).any()
-        if several or warned or not self.senses.sound.all() or any_failure():
+        suspicious = several or np.concatenate(self._warnings).any() or not self.senses.sound.all()
+        if suspicious or any_failure():
             for k in missions:
                 session = self.missions[k]
                 rows = several[k].rows if k in several else session.plant.record[None]
