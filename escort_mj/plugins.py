@@ -4,6 +4,7 @@ from escort_mj.behaviors.behavior import Behavior
 from escort_mj.behaviors.robots import Robots
 from escort_mj.behaviors.task import Inequality, Task, across, at_least, both, keep, keep_distance, move, only
 from escort_mj.components.equations import Memory
+from escort_mj.components.parameters import Vector
 from escort_mj.disturbances import Disturbance
 from escort_mj.disturbances.disturbance import Robots as TrueRobots
 from escort_mj.estimators import Estimator, EstimatorView
@@ -54,6 +55,7 @@ __all__ = [
     "Sensor",
     "Values",
     "Vec",
+    "Vector",
     "dot",
     "metric",
     "norm",

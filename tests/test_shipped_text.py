@@ -22,6 +22,13 @@ MISSIONS: dict[str, tuple[str, Any]] = {
         "observer",
         lambda name: {"controller": {"law": name, "bandwidth": 8.0}},
     ),
+    "estimators/alpha_beta": (
+        "main",
+        lambda name: {
+            "knowledge": {"target": {"robots": [1, 2], "noise": {"position": 0.02}}, "estimator": name},
+            "communication": {"delay": 0.1},
+        },
+    ),
 }
 """Scenario, and the keys that name the component."""
 
@@ -53,7 +60,7 @@ def test_the_same_text_as_a_plugin_does_the_same(tmp_path: Path, path: str, comp
     file = tmp_path / "mine.py"
     file.write_text(text_as_plugin(path, compiled))
     shipped, own = flown(path, Path(path).name, []), flown(path, "mine", [str(file)])
-    for name in ("q", "tau", "disturbance", "component_memory"):
+    for name in {"q", "tau", "disturbance", "component_memory", "target_estimate"} & {*shipped.variables}:
         most = 0.0 if compiled else 1e-9
         np.testing.assert_allclose(own[name].values, shipped[name].values, rtol=0.0, atol=most)
     if compiled:
