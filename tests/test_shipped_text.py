@@ -22,7 +22,7 @@ MISSIONS: dict[str, tuple[str, Any]] = {
         "observer",
         lambda name: {"controller": {"law": name, "bandwidth": 8.0}},
     ),
-    "estimators/alpha_beta": (
+    "estimators/fixed_gain": (
         "main",
         lambda name: {
             "knowledge": {"target": {"robots": [1, 2], "noise": {"position": 0.02}}, "estimator": name},

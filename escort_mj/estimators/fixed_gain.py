@@ -7,7 +7,7 @@ from pydantic import Field
 from escort_mj.estimators.estimator import Estimator, EstimatorView
 
 
-class AlphaBeta(Estimator):
+class FixedGain(Estimator):
     """Correct position and velocity by fixed shares of the error (alpha-beta filter).
 
     Between two looks the target keeps its velocity. For a steady rate of looks, a Kalman filter of a constant
@@ -16,7 +16,7 @@ class AlphaBeta(Estimator):
 
     needs: ClassVar[tuple[tuple[str, ...], ...]] = (("position",),)
     has_covariance: ClassVar[bool] = False
-    estimator: Literal["alpha_beta"] = "alpha_beta"
+    estimator: Literal["fixed_gain"] = "fixed_gain"
     alpha: Annotated[float, Field(gt=0.0, le=1.0)] = 0.1
     """Share of the error by which a look corrects the position [1]."""
     beta: Annotated[float, Field(gt=0.0, le=1.0)] = 0.005

@@ -13,7 +13,7 @@ def errors(alpha: float, beta: float, noise: float, duration: float, target: lis
     """Return the errors of robot 1's estimate along the first axis at its looks [m]."""
     table = {
         "target": {"robots": [1], "rate": RATE, "measures": ["position"], "noise": {"position": noise}},
-        "estimator": {"estimator": "alpha_beta", "alpha": alpha, "beta": beta},
+        "estimator": {"estimator": "fixed_gain", "alpha": alpha, "beta": beta},
         "initial": {"position": 0.5},
     }
     scenario = load_scenario("main", [f"duration={duration}", "expect=[]", "recording.rate=50"])
