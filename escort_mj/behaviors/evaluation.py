@@ -7,7 +7,7 @@ from typing import Any
 
 from escort_mj.behaviors.behavior import Behavior
 from escort_mj.behaviors.robots import robots_at
-from escort_mj.behaviors.task import keep_task, violated
+from escort_mj.behaviors.task import as_task, keep_task
 
 Call = Callable[..., Any]
 
@@ -25,6 +25,6 @@ def asking_by(behavior: type[Behavior], equations: Mapping[str, Call]) -> Call:
         keep_task(task(parameters, robots_at(i, view, view)), view, i)
 
     def ask_limit(parameters: Any, view: Any, i: int) -> None:
-        keep_task(violated(task(parameters, robots_at(i, view, view))), view, i)
+        keep_task(as_task(task(parameters, robots_at(i, view, view))), view, i)
 
     return ask_limit if behavior.limits else ask

@@ -162,7 +162,7 @@ def at_least(value: Lanes, bound: Lanes | float, x: Vec, rate: Lanes | float) ->
 
 
 @inlined
-def violated(asked: Inequality) -> Task:
+def as_task(asked: Inequality) -> Task:
     """Return the task of an inequality by itself: active where the function is below its bound."""
     short: Lanes = asked.bound - asked.value
     weight = inverse_square(asked.x)
@@ -175,8 +175,8 @@ def violated(asked: Inequality) -> Task:
 
 
 @inlined
-def held(task: Task, wanted: Vec) -> Task:
-    """Return the task of an inequality, active where a velocity of lower priority does not do."""
+def enforced(task: Task, wanted: Vec) -> Task:
+    """Return the task of an inequality, active where a velocity w of lower priority has x . w < least."""
     weight = inverse_square(task.x)
     short = dot(task.x, wanted) < task.least
     velocity = where(short, (task.least * weight) * task.x, 0.0)
@@ -237,13 +237,18 @@ def beside(task: Task, share: float) -> Task:
 
 @inlined
 def leave(task: Task, velocity: Vec) -> Vec:
-    """Return what is left of a velocity of lower priority: its part in the null space of the task."""
-    along = dot(task.x, velocity) * task.weight
+    """Return what a task leaves of a velocity w of lower priority, with N = I - x x^T / |x|^2.
+
+    Of a task along x, N w; of one across x, what is along x, (I - N) w; of two tasks at one level,
+    N_1 w + N_2 w, as each is composed with w by itself and the results add up (chords in space).
+    """
+    share = dot(task.x, velocity) * task.weight
     if task.directions == MAX_DIRECTIONS:
         other = dot(task.other, velocity) * task.other_weight
-        return 2.0 * velocity - along * task.x - other * task.other
-    removed = along * task.x
-    kept: Vec = where(task.across > 0.5, removed, velocity - removed)
+        left = 2.0 * velocity - share * task.x - other * task.other
+        return where(task.active > 0.5, left, velocity)
+    part_along_x = share * task.x
+    kept: Vec = where(task.across > 0.5, part_along_x, velocity - part_along_x)
     return kept
 
 

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from escort_mj.behaviors import BEHAVIORS, AvoidObstacles, Behavior
 from escort_mj.behaviors.avoid_obstacles import POLAR
 from escort_mj.behaviors.robots import Robots, robots_at
-from escort_mj.behaviors.task import MAX_LEVELS, Task, held, leave, violated
+from escort_mj.behaviors.task import MAX_LEVELS, Task, as_task, enforced, leave
 from escort_mj.components.component import block_at, number_of, reader
 from escort_mj.components.dispatch import one_of
 from escort_mj.components.parameters import UNLIMITED
@@ -111,7 +111,8 @@ def compose(i: int, phase: int, plan: Plan, state: State) -> None:
     """Composes the behaviors of a phase in the order of its priority stack (eq. 2).
 
     Escort behaviors are relative to the target's motion (feed-forward), avoidance and goals are not:
-    v_d = v1 + N1 [c_dot + v2 + N2 v3] for the paper's order.
+    v_d = v1 + N1 [c_dot + v2 + N2 v3] for the paper's order. The lowest priority comes first: each behavior
+    projects the parts below it, and, where it is in the world's frame, what is carried of the feed-forward.
 
     Args:
         i: First robot, from 0: i to i + 7, as far as the phase rules them.
@@ -124,7 +125,7 @@ def compose(i: int, phase: int, plan: Plan, state: State) -> None:
     moving = 1.0 if plan.target_feedforward else 0.0
     drift = moving * r.target_velocity
     carried = drift
-    active, bent, highest = everywhere(0.0), everywhere(0.0), levels
+    active, bent, highest = everywhere(0.0), everywhere(0.0), levels  # highest: of the escort behaviors
     for level in range(levels - 1, -1, -1):
         escort = plan.level_in_world[first + level] == 0.0
         avoids = plan.level_avoids[first + level] != 0.0
@@ -132,14 +133,14 @@ def compose(i: int, phase: int, plan: Plan, state: State) -> None:
             set_part(parts, MOST_AXES * level, 0.0 * drift)
             continue
         task = task_of(first + level, r)
-        if avoids and not any_of(task.active > 0.5):
+        row = int(plan.level_limit_row[first + level])
+        if avoids and row < 0 and not any_of(task.active > 0.5):
             set_part(parts, MOST_AXES * level, task.velocity)
             continue
-        row = int(plan.level_limit_row[first + level])
         if row >= 0:
             wanted = _spend(level + 1, highest, levels, carried, parts, r)
             moves = drift if escort else 0.0 * drift
-            task = held(task, wanted - moves)
+            task = enforced(task, wanted - moves)
             set_rows(state.limit_x, row + i, task.x)
             store(state.limit_least, row + i, task.least + dot(task.x, moves))
         velocity = task.velocity
@@ -202,7 +203,7 @@ def _task_by(behavior: type[Behavior]) -> Callable[..., Any]:
         return found
 
     def task_of_limit(block: int, r: Robots) -> Task:
-        return violated(ask(read(block, 0), r))
+        return as_task(ask(read(block, 0), r))
 
     return inlined(task_of_limit if behavior.limits else task_by)
 

@@ -58,3 +58,14 @@ def test_its_vectors_have_a_number_for_each_axis() -> None:
     table = {"behavior": "boundary", "point": [0.0, 0.0, 0.0], "normal": [1.0, 0.0]}
     with pytest.raises(ScenarioError, match=r"mission\.behaviors\[0\]\.point: found 3 numbers; expected 2"):
         load_scenario("main").replace({"mission.behaviors": [table]})
+
+
+def test_a_task_of_two_functions_that_is_not_active_leaves_all() -> None:
+    from escort_mj.behaviors.task import both, keep_distance, leave, only
+    from escort_mj.native.vectors import Vec
+
+    x, y, w = (Vec(tuple(np.random.default_rng(k).normal(size=(3, 8)))) for k in range(3))
+    asked = both(keep_distance(x, 1.0, 0.8), keep_distance(y, 1.0, 0.8))
+    for condition, changed in ((np.full(8, False), False), (np.full(8, True), True)):
+        left = leave(only(condition, asked), w)
+        assert np.allclose(np.array(left.parts), np.array(w.parts)) != changed

@@ -17,7 +17,7 @@ FIELD = '''
 
 from typing import ClassVar, Literal
 
-from escort_mj.plugins import Disturbance, Memory, Robots, Vec, norm, quarter_turn
+from escort_mj.plugins import Disturbance, Memory, TrueRobots, Vec, norm, quarter_turn
 
 
 class Swirl(Disturbance):
@@ -34,7 +34,7 @@ class Swirl(Disturbance):
     noise: float = 1.0
     """Amplitude of the noise [N/s]."""
 
-    def force(self, r: Robots) -> Vec:
+    def force(self, r: TrueRobots) -> Vec:
         """Return the force."""
         return self.strength * quarter_turn(r.q) - self.drag * norm(r.v) * r.v + r.gust
 
