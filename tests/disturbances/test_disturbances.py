@@ -38,7 +38,7 @@ class Swirl(Disturbance):
         """Return the force."""
         return self.strength * quarter_turn(r.q) - self.drag * norm(r.v) * r.v + r.gust
 
-    def gust_rate(self, r: Robots) -> Vec:
+    def gust_rate(self, r: TrueRobots) -> Vec:
         """Return the rate of the gust."""
         return self.noise * r.noise - 0.5 * r.gust
 '''
