@@ -12,7 +12,7 @@ from pydantic import Field, NonNegativeFloat, PositiveFloat
 
 from escort_mj.behaviors.behavior import Behavior
 from escort_mj.behaviors.robots import Robots
-from escort_mj.behaviors.task import Task, along, beside
+from escort_mj.behaviors.task import Task, along
 from escort_mj.components.setup import MissionSetup
 from escort_mj.knowledge.teammates import find_nearest_heard
 from escort_mj.native.kernels import inlined
@@ -111,7 +111,7 @@ class AvoidObstacles(Behavior):
         depth, distance, x = _worst_intruder(self, r)
         nothing = everywhere(0.0)
         if not any_of(depth > 0.0):
-            return along(x, nothing, 0.0 * x, nothing, nothing, nothing)
+            return along(x, nothing, 0.0 * x, nothing, nothing, nothing, self.sidestep)
         x = where(distance > 0.0, x / distance, unit_axis(x, 0))  # at its own place, any direction does
         speed, error = norm(r.v), r.slope * norm(r.e)
         if int(self.gain) == PRINTED:
@@ -121,7 +121,7 @@ class AvoidObstacles(Behavior):
             pull = speed + (math.sqrt(2.0) - 1.0) * error
         active = where(depth > 0.0, 1.0, nothing)
         velocity = where(depth > 0.0, (pull + self.gain_margin * depth) * x, 0.0)
-        return beside(along(x, active, velocity, active, depth, distance), self.sidestep)
+        return along(x, active, velocity, active, depth, distance, self.sidestep)
 
 
 @inlined

@@ -2,9 +2,10 @@
 
 from typing import Any, ClassVar, Literal
 
-from escort_mj.behaviors.robots import Robots, names_of
+from escort_mj.behaviors.robots import Robots
 from escort_mj.components.equations import Equations
 from escort_mj.components.views import BEHAVIOR_OUTPUTS, BehaviorView
+from escort_mj.native.values import names_of
 
 
 class Behavior(Equations):

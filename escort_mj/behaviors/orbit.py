@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from escort_mj.behaviors.robots import Robots
-from escort_mj.behaviors.task import Task, with_velocity
+from escort_mj.behaviors.task import Task, across
 from escort_mj.behaviors.vertices import Vertices
 from escort_mj.native.kernels import inlined_once
 from escort_mj.native.vectors import quarter_turn
@@ -30,4 +30,4 @@ class Orbit(Vertices):
     def task(self, r: Robots) -> Task:
         """Return the task of `vertices` with the rotation added: it is across q - c, as the task is."""
         task: Task = toward_vertex(self, r)
-        return with_velocity(task, task.velocity + self.rate * quarter_turn(task.x))
+        return across(task.x, task.velocity + self.rate * quarter_turn(task.x), task.error)

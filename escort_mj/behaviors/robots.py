@@ -9,7 +9,7 @@ from escort_mj.components.teams import radius_rows
 from escort_mj.knowledge.belief import target_of, target_velocity_of
 from escort_mj.knowledge.teammates import Mate, mate_of, places_of
 from escort_mj.native.lanes import Lanes, greatest, least, load, there
-from escort_mj.native.values import maker_of, unknown
+from escort_mj.native.values import maker_of, names_of, unknown
 from escort_mj.native.vectors import Vec, one_row, rows_at, rows_from
 from escort_mj.plan import Plan, State
 
@@ -132,8 +132,3 @@ class Robots:
 
 
 robots_at = maker_of(Robots)
-
-
-def names_of(robots: type) -> list[str]:
-    """Return what equations can read of robots."""
-    return [name for name, member in vars(robots).items() if isinstance(member, property)]

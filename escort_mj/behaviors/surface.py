@@ -12,7 +12,7 @@ from pydantic import PositiveFloat
 from escort_mj.behaviors.avoid_obstacles import AvoidObstacles
 from escort_mj.behaviors.behavior import Behavior
 from escort_mj.behaviors.robots import Robots
-from escort_mj.behaviors.task import Task, keep_distance, with_error
+from escort_mj.behaviors.task import Task, along, keep_distance
 from escort_mj.components.obstacles import obstacles_seen
 from escort_mj.components.setup import MissionSetup
 from escort_mj.components.teams import radius_of
@@ -117,7 +117,7 @@ class Surface(Behavior):
             return keep_distance(x, r.radius, self.gain)
         radius, rate = r.state.radius_now[self.place, 0], r.state.radius_now[self.place, 1]
         task = keep_distance(x, _ahead(radius, rate, self.gain), self.gain)
-        return with_error(task, abs(norm(x) - radius))
+        return along(x, task.weight, task.velocity, task.active, abs(norm(x) - radius), task.value)
 
 
 def _margin(setup: MissionSetup) -> float:

@@ -67,10 +67,12 @@ class Inequality(NamedTuple):
 
 
 @inlined
-def along(x: Vec, weight: Lanes, velocity: Vec, active: Lanes, error: Lanes, value: Lanes) -> Task:
+def along(
+    x: Vec, weight: Lanes, velocity: Vec, active: Lanes, error: Lanes, value: Lanes, sidestep: float = 0.0
+) -> Task:  # fmt: skip
     """A task along one direction: it takes x alone."""
     nothing = everywhere(0.0)
-    return Task(velocity, x, weight, x, nothing, 1, nothing, active, error, value, nothing, 0.0)
+    return Task(velocity, x, weight, x, nothing, 1, nothing, active, error, value, nothing, sidestep)
 
 
 @inlined
@@ -206,33 +208,6 @@ def speed_error(velocity: Vec, gain: float) -> Lanes:
     """Return how far a task is from done whose velocity is a gain times that [m]."""
     found: Lanes = norm(velocity) / gain
     return found
-
-
-@inlined
-def with_velocity(task: Task, velocity: Vec) -> Task:
-    """Return a task with another velocity [m/s]."""
-    return Task(
-        velocity, task.x, task.weight, task.other, task.other_weight, task.directions, task.across,
-        task.active, task.error, task.value, task.least, task.sidestep,
-    )  # fmt: skip
-
-
-@inlined
-def with_error(task: Task, error: Lanes) -> Task:
-    """Return a task with another error [m]."""
-    return Task(
-        task.velocity, task.x, task.weight, task.other, task.other_weight, task.directions, task.across,
-        task.active, error, task.value, task.least, task.sidestep,
-    )  # fmt: skip
-
-
-@inlined
-def beside(task: Task, share: float) -> Task:
-    """Return a task that leads around what it blocks, at least at a share of the blocked speed."""
-    return Task(
-        task.velocity, task.x, task.weight, task.other, task.other_weight, task.directions, task.across,
-        task.active, task.error, task.value, task.least, share,
-    )  # fmt: skip
 
 
 @inlined

@@ -11,7 +11,7 @@ from escort_mj.components.memory import RATE
 from escort_mj.native.fields import Array
 from escort_mj.native.lanes import Lanes, load
 from escort_mj.native.memory import layout_with, narrower
-from escort_mj.native.values import maker_of, unknown
+from escort_mj.native.values import maker_of, names_of, unknown
 from escort_mj.native.vectors import Vec, one_row, rows_at
 
 
@@ -81,11 +81,6 @@ class Robots:
     def common_noise(self) -> Vec:
         """Likewise, the same for all robots [1]."""
         return one_row(self.seen, self.seen.common_noise)
-
-
-def names_of(robots: type) -> list[str]:
-    """Return what equations can read of robots."""
-    return [name for name, member in vars(robots).items() if isinstance(member, property)]
 
 
 class Disturbance(Equations):

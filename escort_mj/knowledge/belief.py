@@ -13,7 +13,7 @@ from escort_mj.components.setup import MissionSetup
 from escort_mj.components.teams import of_teams
 from escort_mj.native.fields import Array, Fields, Value
 from escort_mj.native.kernels import inlined, merged
-from escort_mj.native.vectors import Vec, one_row, rows_at, set_part
+from escort_mj.native.vectors import Vec, one_row, rows_at
 from escort_mj.plan import Plan, State
 
 LEAST_VARIANCE = 1e-12  # of what is known exactly [m^2 or m^2/s^2]
@@ -49,33 +49,25 @@ class BeliefState(Fields):
 @inlined
 def target_of(i: int, plan: Plan, state: State) -> Vec:
     """Return where robots i to i + 7 believe the target to be [m]."""
-    if not plan.apart:
-        return one_row(state, state.target_position_measured)
-    if plan.informed:
-        return rows_at(state, state.target_estimate, i)
-    return of_teams(i, state.team_center, state)
+    return _believed(i, state.target_position_measured, state.target_estimate, state.team_center, plan, state)
 
 
 @inlined
 def target_velocity_of(i: int, plan: Plan, state: State) -> Vec:
     """Return how fast robots i to i + 7 believe the target to move [m/s]."""
+    return _believed(
+        i, state.target_velocity_measured, state.target_velocity_estimate, state.team_velocity, plan, state
+    )  # fmt: skip
+
+
+@inlined
+def _believed(i: int, measured: Array, estimates: Array, of_team: Array, plan: Plan, state: State) -> Vec:
+    """Return what robots believe: what the sensors show all of them, their estimates, or their team's."""
     if not plan.apart:
-        return one_row(state, state.target_velocity_measured)
+        return one_row(state, measured)
     if plan.informed:
-        return rows_at(state, state.target_velocity_estimate, i)
-    return of_teams(i, state.team_velocity, state)
-
-
-@inlined
-def target_rows(i: int, plan: Plan, state: State, rows: Array) -> None:
-    """Write `target_of` to p rows of lanes [m]."""
-    set_part(rows, 0, target_of(i, plan, state))
-
-
-@inlined
-def target_velocity_rows(i: int, plan: Plan, state: State, rows: Array) -> None:
-    """Write `target_velocity_of` to p rows of lanes [m/s]."""
-    set_part(rows, 0, target_velocity_of(i, plan, state))
+        return rows_at(state, estimates, i)
+    return of_teams(i, of_team, state)
 
 
 @merged

@@ -150,3 +150,8 @@ def maker_of(kind: type) -> Callable[..., Any]:
 
     computed.append((make, kind, tuple(kind.__annotations__)))
     return make
+
+
+def names_of(kind: type) -> list[str]:
+    """Return what equations can read of values of a class: the names of its properties."""
+    return [name for name, member in vars(kind).items() if isinstance(member, property)]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 
@@ -113,28 +114,25 @@ def logarithm(x: Lanes) -> Lanes:
     return load(numbers, 0)
 
 
-@inlined
-def power(x: Lanes, y: Lanes) -> Lanes:
-    """One to the power of the other, with libm, one by one."""
-    memory = stack_memory()
-    bases, exponents = vector_at(memory, WIDTH), vector_at(memory + DOUBLE * WIDTH, WIDTH)
-    store(bases, 0, x)
-    store(exponents, 0, y)
-    for lane in range(WIDTH):
-        bases[lane] = bases[lane] ** exponents[lane]
-    return load(bases, 0)
+def _lane_by_lane(function: Callable[[float, float], float]) -> Callable[[Lanes, Lanes], Lanes]:
+    """Return a function of lanes that takes a function of two numbers of libm, one by one."""
+
+    def evaluate(x: Lanes, y: Lanes) -> Lanes:
+        memory = stack_memory()
+        first, second = vector_at(memory, WIDTH), vector_at(memory + DOUBLE * WIDTH, WIDTH)
+        store(first, 0, x)
+        store(second, 0, y)
+        for lane in range(WIDTH):
+            first[lane] = function(first[lane], second[lane])
+        return load(first, 0)
+
+    return inlined(evaluate)
 
 
-@inlined
-def arc_tangent(y: Lanes, x: Lanes) -> Lanes:
-    """Angle of (x, y) from the first axis, -pi to pi [rad]; with libm, one by one."""
-    memory = stack_memory()
-    ahead, aside = vector_at(memory, WIDTH), vector_at(memory + DOUBLE * WIDTH, WIDTH)
-    store(ahead, 0, x)
-    store(aside, 0, y)
-    for lane in range(WIDTH):
-        ahead[lane] = math.atan2(aside[lane], ahead[lane])
-    return load(ahead, 0)
+arc_tangent = _lane_by_lane(math.atan2)
+"""Angle of (x, y) from the first axis, of y and x, -pi to pi [rad]."""
+power = _lane_by_lane(np.power)
+"""One to the power of the other."""
 
 
 @inlined

@@ -7,6 +7,7 @@ from typing import Annotated
 
 from escort_mj.behaviors.robots import Robots
 from escort_mj.behaviors.task import ACTIVE, DIRECTIONS, ERROR, TRAITS, Task, kept_task
+from escort_mj.components.component import block_at
 from escort_mj.control.custom.native import NO_NUMBER, NONE, note_failure, table_address
 from escort_mj.native.fields import Array, Fields, Value
 from escort_mj.native.kernels import (
@@ -47,6 +48,37 @@ def _function(block: int) -> int:
 
 
 @merged
+def _fails(block: int, state: State) -> bool:
+    """Calls a plugin's component for all robots; whether that failed, which is noted."""
+    (plan_at, state_at), function, status = view_addresses(state), _function(block), 1
+    if function != 0:
+        status, _ = call_function(function, (block, block, plan_at, state_at))
+    if status == 0 or status == NONE:
+        return False
+    note_failure(block, plan_at, state_at, -1)
+    return True
+
+
+@merged
+def _asked(block: int, number: int, state: State) -> tuple[bool, int]:
+    """Calls a plugin's component for a robot, body or question; whether that failed, and what it returned."""
+    (plan_at, state_at), function, status, found = view_addresses(state), _function(block), 1, 0
+    if function != 0:
+        status, found = call_function(function, (block, block, plan_at, state_at, number))
+    if status == 0 or status == NONE:
+        return False, found
+    note_failure(block, plan_at, state_at, number)
+    return True, found
+
+
+@merged
+def _note_no_number(block: int, robot: int, state: State) -> None:
+    """Notes that a component gave a robot or body something that is not a finite number."""
+    plan_at, state_at = view_addresses(state)
+    note_failure(block, plan_at, state_at, NO_NUMBER - robot)
+
+
+@merged
 def custom_law(plan: Plan, state: State) -> None:
     """Has a plugin's law write forces and rates; where it fails, no force is a number any more."""
     n, p = state.q.shape
@@ -55,12 +87,7 @@ def custom_law(plan: Plan, state: State) -> None:
             state.tau[i, k] = 0.0
             state.rho_hat_rate[i, k] = 0.0
     block = data_address(plan.parameters)
-    plan_at, state_at = view_addresses(state)
-    function, status = _function(block), 1
-    if function != 0:
-        status, _ = call_function(function, (block, block, plan_at, state_at))
-    if status != 0 and status != NONE:
-        note_failure(block, plan_at, state_at, -1)
+    if _fails(block, state):
         for i in range(n):
             for k in range(p):
                 state.tau[i, k] = math.nan
@@ -68,7 +95,7 @@ def custom_law(plan: Plan, state: State) -> None:
     for i in range(n):
         for k in range(p):
             if not math.isfinite(state.tau[i, k]):
-                note_failure(block, plan_at, state_at, NO_NUMBER - i)
+                _note_no_number(block, i, state)
 
 
 @on_demand
@@ -78,18 +105,12 @@ def custom_policy(b: int, plan: Plan, state: State) -> int:
     Returns:
         What the policy returned.
     """
-    plan_at, state_at = view_addresses(state)
-    block = data_address(plan.parameters) + DOUBLE * int(plan.mover_place[b])
-    function, status, acts, total = _function(block), 1, 0, 0.0
-    if function != 0:
-        status, acts = call_function(function, (block, block, plan_at, state_at, b))
-    failed = status != 0 and status != NONE
+    block, total = block_at(int(plan.mover_place[b]), plan), 0.0
+    failed, acts = _asked(block, b, state)
     for k in range(state.q.shape[1]):
         total += state.mover_wish[b, k]
-    if failed:
-        note_failure(block, plan_at, state_at, b)
-    elif not math.isfinite(total):
-        note_failure(block, plan_at, state_at, NO_NUMBER - b)
+    if not failed and not math.isfinite(total):
+        _note_no_number(block, b, state)
     if failed:
         for k in range(state.q.shape[1]):
             state.mover_wish[b, k] = math.nan
@@ -99,20 +120,15 @@ def custom_policy(b: int, plan: Plan, state: State) -> int:
 @on_demand
 def custom_estimator(i: int, plan: Plan, state: State) -> None:
     """Has a plugin's estimator change the belief of robot i; where it fails, that is not a number."""
-    plan_at, state_at = view_addresses(state)
-    block = data_address(plan.parameters) + DOUBLE * plan.estimator_place
-    function, status = _function(block), 1
-    if function != 0:
-        status, _ = call_function(function, (block, block, plan_at, state_at, i))
-    failed, total = status != 0 and status != NONE, state.belief_time[i] + state.belief_fix[i]
+    block = block_at(plan.estimator_place, plan)
+    failed, _ = _asked(block, i, state)
+    total = state.belief_time[i] + state.belief_fix[i]
     for k in range(state.belief.shape[1]):
         total += state.belief[i, k]
     for k in range(state.belief_covariance.shape[1]):
         total += state.belief_covariance[i, k]
-    if failed:
-        note_failure(block, plan_at, state_at, i)
-    elif not math.isfinite(total):
-        note_failure(block, plan_at, state_at, NO_NUMBER - i)
+    if not failed and not math.isfinite(total):
+        _note_no_number(block, i, state)
     if failed or not math.isfinite(total):
         for k in range(state.belief.shape[1]):
             state.belief[i, k] = math.nan
@@ -121,19 +137,14 @@ def custom_estimator(i: int, plan: Plan, state: State) -> None:
 @on_demand
 def custom_radio(question: int, plan: Plan, state: State) -> None:
     """Asks a plugin's radio about a message; where it fails, none is sent any more."""
-    plan_at, state_at = view_addresses(state)
-    block = data_address(plan.parameters) + DOUBLE * plan.radio_place
+    block = block_at(plan.radio_place, plan)
     state.message_due[0] = state.message_delay[0] = 0.0
-    function, status = _function(block), 1
-    if function != 0:
-        status, _ = call_function(function, (block, block, plan_at, state_at, question))
-    failed, total = status != 0 and status != NONE, state.message_due[0] + state.message_delay[0]
+    failed, _ = _asked(block, question, state)
+    total = state.message_due[0] + state.message_delay[0]
     for row in range(state.link_memory.shape[0]):
         total += state.link_memory[row]
-    if failed:
-        note_failure(block, plan_at, state_at, question)
-    elif not math.isfinite(total):
-        note_failure(block, plan_at, state_at, NO_NUMBER - int(state.message_sender[0]))
+    if not failed and not math.isfinite(total):
+        _note_no_number(block, int(state.message_sender[0]), state)
     if failed or not math.isfinite(total):
         state.message_due[0], state.message_lost[0] = NEVER, 1.0
         state.message_delay[0] = 0.0
@@ -143,33 +154,21 @@ def custom_radio(question: int, plan: Plan, state: State) -> None:
 def custom_disturbance(d: int, plan: Plan, state: State) -> None:
     """Has a plugin's disturbance write its forces; where it fails, they are no numbers."""
     n, p = state.q.shape
-    plan_at, state_at = view_addresses(state)
-    block = data_address(plan.parameters) + DOUBLE * int(plan.disturbance_place[d])
-    function, status = _function(block), 1
-    if function != 0:
-        status, _ = call_function(function, (block, block, plan_at, state_at))
-    failed = status != 0 and status != NONE
-    if failed:
-        note_failure(block, plan_at, state_at, -1)
+    block = block_at(int(plan.disturbance_place[d]), plan)
+    failed = _fails(block, state)
     for i in range(n):
         for k in range(p):
             if failed:
                 state.disturbance_force[i, k] = math.nan
             elif not math.isfinite(state.disturbance_force[i, k]):
-                note_failure(block, plan_at, state_at, NO_NUMBER - i)
+                _note_no_number(block, i, state)
 
 
 @on_demand
 def custom_sensor(s: int, question: int, plan: Plan, state: State) -> None:
     """Asks a plugin's sensor along one axis; where it fails, what it shows is not a number."""
-    plan_at, state_at = view_addresses(state)
-    block = data_address(plan.parameters) + DOUBLE * int(plan.own_sensor_place[s])
-    function, status = _function(block), 1
-    if function != 0:
-        status, _ = call_function(function, (block, block, plan_at, state_at, question))
-    failed = status != 0 and status != NONE
-    if failed:
-        note_failure(block, plan_at, state_at, question)
+    block = block_at(int(plan.own_sensor_place[s]), plan)
+    failed, _ = _asked(block, question, state)
     for i in range(state.q.shape[0]):
         total = state.sensor_shown[i]
         for j in range(int(plan.own_memories[s])):
@@ -177,7 +176,7 @@ def custom_sensor(s: int, question: int, plan: Plan, state: State) -> None:
         if failed:
             state.sensor_shown[i] = math.nan
         elif not math.isfinite(total):
-            note_failure(block, plan_at, state_at, NO_NUMBER - i)
+            _note_no_number(block, i, state)
 
 
 @inlined
@@ -195,13 +194,7 @@ def custom_task(block: int, r: Robots) -> Task:
 @on_demand
 def _ask_plugin(block: int, i: int, plan: Plan, state: State) -> None:
     """Has a plugin's behavior keep its task for robots i to i + 7; where it fails, it asks for no numbers."""
-    plan_at, state_at = view_addresses(state)
-    function, status = _function(block), 1
-    if function != 0:
-        status, _ = call_function(function, (block, block, plan_at, state_at, i))
-    failed = status != 0 and status != NONE
-    if failed:
-        note_failure(block, plan_at, state_at, i)
+    failed, _ = _asked(block, i, state)
     for robot in range(i, min(i + WIDTH, state.q.shape[0])):
         total = state.asked[robot, ERROR]
         for k in range(state.q.shape[1]):
@@ -211,4 +204,4 @@ def _ask_plugin(block: int, i: int, plan: Plan, state: State) -> None:
         if failed:
             state.asked[robot, DIRECTIONS] = state.asked[robot, ACTIVE] = 1.0
         elif state.asked[robot, ACTIVE] != 0.0 and not math.isfinite(total):
-            note_failure(block, plan_at, state_at, NO_NUMBER - robot)
+            _note_no_number(block, robot, state)

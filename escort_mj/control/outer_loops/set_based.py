@@ -43,7 +43,7 @@ from escort_mj.control.outer_loops.passing import (
     horizon_lanes,
     lead_of,
 )
-from escort_mj.knowledge.belief import target_rows, target_speed, target_velocity_rows
+from escort_mj.knowledge.belief import target_of, target_speed, target_velocity_of
 from escort_mj.knowledge.teammates import find_nearest_heard
 from escort_mj.native.fields import Array
 from escort_mj.native.kernels import DOUBLE, inlined, matrix_at, stack_memory, vector_at
@@ -55,14 +55,10 @@ from escort_mj.native.lanes import (
     greatest,
     lane_numbers,
     load,
-    load_rows,
-    root,
-    row_of,
-    stack_rows,
     store,
     where,
 )
-from escort_mj.native.vectors import dot, norm, rows_at
+from escort_mj.native.vectors import Vec, dot, norm, one_row, rows_at
 from escort_mj.numerics.neighbors import seen_neighbors
 from escort_mj.numerics.vectors import length_of
 from escort_mj.plan import Plan, State
@@ -171,25 +167,11 @@ def _may_bind(i: int, level: int, avoid: Any, rules: Rules, plan: Plan, state: S
 
     As near as the speeds of both need, by the inverse of `approach`.
     """
-    n, p = state.q.shape
-    q, own, to_surface = state.q_measured, load(plan.robot_radius, i), float(avoid.measure)
-    here, wanted, center, drift = stack_rows(p), stack_rows(p), stack_rows(p), stack_rows(p)
-    target_rows(i, plan, state, center)
-    target_velocity_rows(i, plan, state, drift)
-    load_rows(q, i, here)
-    load_rows(state.v_d, i, wanted)
-    square, relative, pace = everywhere(0.0), everywhere(0.0), everywhere(0.0)
-    to_target, closing = everywhere(0.0), everywhere(0.0)
-    for k in range(p):
-        away = row_of(wanted, k) - state.pace_frame[k]
-        closing = closing + away * away
-        carried = row_of(drift, k)
-        square = square + row_of(wanted, k) * row_of(wanted, k)
-        relative = relative + (row_of(wanted, k) - carried) * (row_of(wanted, k) - carried)
-        pace = pace + carried * carried
-        way = row_of(here, k) - row_of(center, k)
-        to_target = to_target + way * way
-    speed, relative, pace, most = root(square), root(relative), root(pace), plan.max_speed
+    own, to_surface = load(plan.robot_radius, i), float(avoid.measure)
+    here, wanted = rows_at(state, state.q_measured, i), rows_at(state, state.v_d, i)
+    drift, to_target = target_velocity_of(i, plan, state), here - target_of(i, plan, state)
+    speed, relative, pace, most = norm(wanted), norm(wanted - drift), norm(drift), plan.max_speed
+    closing = norm(wanted - one_row(state, state.pace_frame))
     found = _limits_bind(i, level, speed, plan, state)
     if plan.team_radius.shape[0] > 0:
         relative = relative + (pace if plan.informed else everywhere(team_spread(i, plan, state)))
@@ -198,22 +180,21 @@ def _may_bind(i: int, level: int, avoid: Any, rules: Rules, plan: Plan, state: S
         outrun = pace > FASTER * most
         look = look + where(outrun, look * pace / most, 0.0)
         look = look + horizon_lanes(where(outrun, speed + pace, relative), rules)
-        found = where(to_target < look * look, 1.0, found)
+        found = where(dot(to_target, to_target) < look * look, 1.0, found)
     fastest = fastest_obstacle(state)
     away, lead = horizon_lanes(speed + fastest, rules), lead_of(fastest, most)
     for j in range(plan.obstacle_radius.shape[0]):
-        from_there = rows_at(state, q, i) - obstacle_places(i, j, plan, state)
-        square = dot(from_there, from_there)
+        way = here - obstacle_places(i, j, plan, state)
         look = avoid.safe_distance + to_surface * (own + plan.seen_radius[j])
         if lead > 0.0:
             look = look + lead * (look + breadth_of(plan.obstacle_extent[j]))
         look = look + away
-        found = where(square < look * look, 1.0, found)
+        found = where(dot(way, way) < look * look, 1.0, found)
     alike = 2.0 * (relative if plan.target_feedforward else speed)
-    far = horizon_lanes(greatest(alike, root(closing) + state.pace_most[0]), rules)
+    far = horizon_lanes(greatest(alike, closing + state.pace_most[0]), rules)
     listed = seen_neighbors(state).shape[0] > 0
     if avoid.teammate_distance > 0.0 and listed:
-        found = greatest(found, who_is_met(i, level, alike, root(closing), far, avoid, rules, plan, state))
+        found = greatest(found, who_is_met(i, level, alike, closing, far, avoid, rules, plan, state))
     if avoid.heard_distance > 0.0:
         find_nearest_heard(i, avoid.heard_distance, to_surface, plan, state)
         ahead = horizon_lanes(greatest(alike, load(state.heard_pace, i)), rules)
@@ -252,7 +233,7 @@ def _limits_bind(i: int, level: int, speed: Lanes, plan: Plan, state: State) -> 
 
 @inlined
 def _mates_near(
-    i: int, exactly: bool, here: Array, wanted: Array, speed: Lanes, alike: Lanes, far: Lanes, avoid: Any,
+    i: int, exactly: bool, here: Vec, wanted: Vec, speed: Lanes, alike: Lanes, far: Lanes, avoid: Any,
     rules: Rules, plan: Plan, state: State,
 ) -> Lanes:  # fmt: skip
     """Return 1 for those of robots i to i + 7 that a teammate is near enough to that it may bind, else 0.
@@ -260,8 +241,8 @@ def _mates_near(
     Args:
         i: First robot, from 0.
         exactly: Whether it is asked how fast each teammate comes; else all may come at the largest speed.
-        here: Measured positions, in rows of lanes [m].
-        wanted: What the robots want, likewise [m/s].
+        here: Measured positions [m].
+        wanted: What the robots want [m/s].
         speed: How fast that is [m/s].
         alike: Speed at which each could meet one that keeps to its half [m/s].
         far: Margin at which the largest speed matters [m].
@@ -270,10 +251,9 @@ def _mates_near(
         plan: Gives radii.
         state: Gives measured positions and velocities, and who has failed.
     """
-    n, p = state.q.shape
     own, to_surface, found = load(plan.robot_radius, i), float(avoid.measure), everywhere(0.0)
     failing = plan.failure_start.shape[0] > 0
-    for j in range(n):
+    for j in range(state.q.shape[0]):
         safe, ahead, nearer = avoid.teammate_distance, far, 1.0
         failed = failing and state.lost[j] != 0.0
         if failed:
@@ -281,27 +261,14 @@ def _mates_near(
             drifts = length_of(state.v_measured[j])
             ahead, nearer = horizon_lanes(speed + drifts, rules), 1.0 + lead_of(drifts, plan.max_speed)
         elif exactly:
-            ahead = horizon_lanes(greatest(alike, _closing(j, wanted, state)), rules)
+            ahead = horizon_lanes(greatest(alike, norm(one_row(state, state.v_measured[j]) - wanted)), rules)
         if safe <= 0.0:
             continue
-        square = everywhere(0.0)
-        for k in range(p):
-            way = row_of(here, k) - state.q_measured[j, k]
-            square = square + way * way
+        way = here - one_row(state, state.q_measured[j])
         look = nearer * (safe + to_surface * (own + plan.robot_radius[j])) + ahead
-        near = (square < look * look) & (abs(lane_numbers() + float(i - j)) > 0.5)
+        near = (dot(way, way) < look * look) & (abs(lane_numbers() + float(i - j)) > 0.5)
         found = where(near, 1.0, found)
     return found
-
-
-@inlined
-def _closing(j: int, wanted: Array, state: State) -> Lanes:
-    """Return how fast robot j moves relative to what eight robots want [m/s]."""
-    square = everywhere(0.0)
-    for k in range(wanted.shape[0]):
-        way = state.v_measured[j, k] - row_of(wanted, k)
-        square = square + way * way
-    return root(square)
 
 
 @inlined
