@@ -88,6 +88,7 @@ def test_numbers_of_its_own_and_a_distance(compiled: None, tmp_path: Path) -> No
     assert later.trace["messages_heard"].values.max() == 0.0, "what takes more than longest is lost"
 
 
+@pytest.mark.slow  # docs/plugins.md has a radio whose checks are run each time
 def test_it_passes_its_checks(compiled: None, tmp_path: Path) -> None:
     (tmp_path / "own.py").write_text(FADING)
     wrong = [check for check in check_plugin(str(tmp_path / "own.py")) if not check.held]
