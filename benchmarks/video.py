@@ -104,10 +104,10 @@ def frame(stage: Stage, marked: bool) -> tuple[float, float]:
     shot = plan_shot(replay, video.camera, stage.model.vis.global_.fovy, aspect, video.speed)
     marks = rendering = 0.0
     for moment in map(replay.at, stage.times):
-        film.pose(stage.model, stage.data, moment.qpos, {"": moment.target})
+        film.pose(stage.model, stage.data, moment.qpos, moment.target)
         view = shot.view(moment.time)
         stage.model.stat.extent = view.distance
-        stage.renderer.update_scene(stage.data, film._camera(view), film._only(0))
+        stage.renderer.update_scene(stage.data, film._camera(view), film.in_space())
         start = time.process_time()
         if marked:
             stage.scenery.draw(stage.renderer.scene, moment, replay.avoiding[0], replay.touching[0])

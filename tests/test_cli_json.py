@@ -94,15 +94,6 @@ def test_what_is_found_out(answer, tmp_path: Path) -> None:
     assert [fault["line"] for fault in files["bad"]["faults"]] == [2]
 
 
-def test_lines_of_progress_and_a_result(command) -> None:
-    code, out, _ = command("run", "five.yaml", *QUIET, "--json-lines")
-    events = [json.loads(line, parse_constant=pytest.fail) for line in out.splitlines()]
-    *progress, result = events
-    assert code == 0 and result["event"] == "result" and result["outcome"] == "completed"
-    assert progress and {one["event"] for one in progress} == {"progress"}
-    assert progress[-1]["stage"] == "simulating" and progress[-1]["done"] >= progress[-1]["total"]
-
-
 def test_bad_input_prints_no_document(command) -> None:
     code, out, err = command("run", "maim", "--json")
     assert (code, out) == (2, "") and "main" in err

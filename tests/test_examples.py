@@ -8,6 +8,7 @@ import re
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import matplotlib
@@ -183,3 +184,56 @@ def test_train_both_sides(
     with np.load(tmp_path / "intruder.npz") as network:
         assert network["weights_1"].shape == (2, 22)
     assert "trained: first intruder" in capsys.readouterr().out
+
+
+def test_minari_dataset(compiled: None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    minari = pytest.importorskip("minari")
+    pytest.importorskip("gymnasium")
+    monkeypatch.setenv("MINARI_DATASETS_PATH", str(tmp_path))
+    (tmp_path / "short.yaml").write_text("name: short\nduration: 0.2\ntarget: {position: [0, 0]}\n")
+    example("minari_dataset").record(str(tmp_path / "short.yaml"), "escort_mj/short-v0", 2)
+    found = minari.load_dataset("escort_mj/short-v0")
+    assert found.total_episodes == 2 and found.total_steps == 20
+    for episode in found.iterate_episodes():
+        assert episode.truncations.tolist() == [False] * 9 + [True] and not episode.terminations.any()
+        assert all(one in found.observation_space for one in episode.observations)
+    assert found.recover_environment().reset(seed=1)[0] in found.observation_space
+
+
+def test_dm_env_suite(compiled: None) -> None:
+    dm_env = pytest.importorskip("dm_env")
+    environment = example("dm_env_suite").Escort(
+        escort_mj.load_scenario("main", {"duration": 0.6, "expect": []})
+    )
+    action, observation = environment.action_spec(), environment.observation_spec()
+    step = environment.step(action.generate_value())
+    assert step.step_type is dm_env.StepType.FIRST
+    steps = 0
+    while not step.last():
+        step, steps = environment.step(np.ones(action.shape, action.dtype)), steps + 1
+        observation.validate(step.observation)
+    assert steps == 30 and step.discount == 1.0
+    assert environment.step(action.generate_value()).first()
+
+
+def test_mujoco_viewer(compiled: None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Without a window: a stand-in for MuJoCo's viewer sees the bodies where the run had them."""
+    scenario = escort_mj.load_scenario("main", {"duration": 0.1, "expect": []})
+    run = escort_mj.run(scenario, tmp_path / "run", figures=False, video=False)
+    run.export(tmp_path / "run.npz")
+    seen = []
+
+    class Window(contextlib.nullcontext):
+        def __init__(self, model: Any, data: Any) -> None:
+            super().__init__(self)
+            self.data = data
+
+        def sync(self) -> None:
+            seen.append(self.data.body("robot_1").xpos[:2].copy())
+
+    viewer = SimpleNamespace(launch_passive=Window)
+    monkeypatch.setitem(sys.modules, "mujoco.viewer", viewer)
+    monkeypatch.setattr("mujoco.viewer", viewer, raising=False)
+    monkeypatch.setattr(sys, "argv", ["mujoco_viewer.py", str(tmp_path / "run.npz")])
+    example("mujoco_viewer")
+    np.testing.assert_allclose(seen, run.trace["q"].values[:, 0], atol=1e-9)

@@ -187,7 +187,7 @@ class Run:
         """Render the video of the run, unless its folder already contains it.
 
         Args:
-            path: File to write (.mp4, .gif or .webp); None for video.mp4 in the run folder, or a temporary
+            path: File to write (.mp4 or .webp); None for video.mp4 in the run folder, or a temporary
                 file for a run in memory.
             changes: Keys of the scenario's `video` with new values, such as `speed=8`, `camera="follow"` or
                 `start=10`.
@@ -230,7 +230,7 @@ class Run:
         """Write the run for other programs.
 
         Args:
-            path: FILE.csv or FILE.parquet: a table; FILE.mcap: for Foxglove; FILE.npz: MuJoCo's states;
+            path: FILE.csv or FILE.parquet: a table; FILE.npz: MuJoCo's states;
                 FILE.xml: the world as MJCF.
 
         Returns:

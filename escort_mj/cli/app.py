@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import copy
 import errno
-import math
 import os
 import sys
 import time
@@ -58,14 +57,7 @@ ScenarioArgument = Annotated[
 RunArgument = Annotated[
     Path, typer.Argument(help="Run folder.", exists=True, file_okay=False, autocompletion=complete.runs)
 ]
-JsonOption = Annotated[
-    bool,
-    typer.Option(
-        "--json",
-        help="Print one JSON document instead of text.",
-        callback=lambda value: value or OUTPUT.json_lines,
-    ),
-]
+JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON document instead of text.")]
 SetOption = Annotated[
     list[str] | None,
     typer.Option(
@@ -115,23 +107,11 @@ def finish(
         from escort_mj.record.files import json_text
 
         document = {"command": command, "exit_code": code} | results
-        if OUTPUT.json_lines:
-            _print_event("result", **document)
-        else:
-            typer.echo(printable_json(json_text(document)))
+        typer.echo(printable_json(json_text(document)))
     elif not OUTPUT.quiet or code != GOOD:
         for line in lines:
             say(line)
     raise typer.Exit(code)
-
-
-def _print_event(event: str, **what: Any) -> None:
-    """Print one JSON document on a line of its own."""
-    from escort_mj.record.files import json_text
-
-    text = json_text({"event": event} | what, indent=None)
-    typer.echo(printable_json(text))
-    sys.stdout.flush()
 
 
 @contextmanager
@@ -186,7 +166,7 @@ def drawing_figures() -> AbstractContextManager[Draw]:
 def progress_bar(
     label: str, unit: str, announced: bool = False
 ) -> Iterator[Callable[[float, float], None] | None]:
-    """Show progress: a bar with rate and time left on a terminal, events with `--json-lines`, else nothing.
+    """Show progress: a bar with rate and time left on a terminal, else nothing.
 
     Args:
         label: What is being done.
@@ -194,9 +174,7 @@ def progress_bar(
         announced: Whether a pipe gets one line that says what is being done.
     """
     clock = time.perf_counter()
-    if OUTPUT.json_lines:
-        yield _Events(label)
-    elif OUTPUT.quiet:
+    if OUTPUT.quiet:
         yield None
     elif sys.stderr.isatty():
         with terminal_bar(label, unit) as update:
@@ -207,25 +185,6 @@ def progress_bar(
         yield None
     if OUTPUT.verbose:
         say(f"{label}: {time.perf_counter() - clock:.2f} s", err=True)
-
-
-class _Events:
-    """Prints progress as JSON documents, at most one every half second, and the last one."""
-
-    INTERVAL = 0.5  # s
-
-    def __init__(self, stage: str) -> None:
-        self.stage, self.begun, self.last = stage, time.perf_counter(), -math.inf
-
-    def __call__(self, done: float, total: float) -> None:
-        now = time.perf_counter()
-        if now - self.last < self.INTERVAL and done < total:
-            return
-        self.last, elapsed = now, now - self.begun
-        remaining = elapsed * (total - done) / done if done else None
-        _print_event(
-            "progress", stage=self.stage, done=done, total=total, elapsed=elapsed, remaining=remaining
-        )
 
 
 def shown_path(path: Path) -> str:

@@ -33,7 +33,6 @@ SECTIONS = {
 """The commands as the help lists them."""
 QUIET = "Print errors and failed verdicts only."
 VERBOSE = "Print each stage with its duration, and the traceback of internal errors."
-JSON_LINES = "Print progress and the result as JSON, one document per line."
 
 
 def _sets(field: str) -> Callable[[bool], bool]:
@@ -57,7 +56,6 @@ def _options(
         bool, _flag("quiet", "--quiet", "-q", words="Print errors and failed verdicts only.")
     ] = False,
     verbose: Annotated[bool, _flag("verbose", "--verbose", "-v", words=VERBOSE)] = False,
-    json_lines: Annotated[bool, _flag("json_lines", "--json-lines", words=JSON_LINES)] = False,
 ) -> None:
     """Declare the options that commands share."""
 
@@ -69,10 +67,9 @@ class Commands(TyperGroup):
         super().__init__(**settings)
         donor = typer.Typer(add_completion=False)
         donor.command()(_options)
-        quiet, verbose, json_lines, *_ = typer.main.get_command(donor).params
+        quiet, verbose, *_ = typer.main.get_command(donor).params
         for command in self.commands.values():
-            prints_json = any(option.name == "as_json" for option in command.params)
-            command.params += [quiet, verbose, *([json_lines] if prints_json else [])]
+            command.params += [quiet, verbose]
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:
         """Write each section with the whole first paragraph of its commands' help."""

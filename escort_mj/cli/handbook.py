@@ -30,7 +30,7 @@ TITLES = {
         "`escort-mj list signals --markdown` writes this page.",
     ),
 }
-COMMON = ("quiet", "verbose", "json_lines", "as_json", "help")
+COMMON = ("quiet", "verbose", "as_json", "help")
 
 
 def commands_page() -> Iterator[str]:

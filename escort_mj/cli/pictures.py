@@ -39,7 +39,6 @@ class VideoFormat(StrEnum):
     """Formats of `--format`."""
 
     MP4 = "mp4"
-    GIF = "gif"
     WEBP = "webp"
 
 

@@ -25,12 +25,10 @@ class Output:
     Attributes:
         quiet: Whether it prints errors and failed verdicts only.
         verbose: Whether it names its stages with their times, and prints tracebacks.
-        json_lines: Whether it prints progress and result as JSON, one document per line.
     """
 
     quiet: bool = False
     verbose: bool = False
-    json_lines: bool = False
 
 
 OUTPUT = Output()

@@ -75,7 +75,7 @@ def export_command(
         Path,
         typer.Argument(
             help="FILE.xml: the world as MJCF. For a run, also FILE.csv or FILE.parquet: a table; "
-            "FILE.mcap: for Foxglove; FILE.npz: MuJoCo states."
+            "FILE.npz: MuJoCo states."
         ),
     ],
     overrides: SetOption = None,
@@ -88,7 +88,7 @@ def export_command(
 
     Example: escort-mj export renders/main main.csv
 
-    Example: escort-mj export renders/main main.mcap
+    Example: escort-mj export renders/main main.csv
     """
     from escort_mj import api
     from escort_mj.record.files import write_model

@@ -41,9 +41,6 @@ def view_command(
         str, typer.Option(help="Network interface to listen on; by default, this machine only.")
     ] = "127.0.0.1",
     port: Annotated[int, typer.Option(help="First port to try; 0 for any free port.")] = 8080,
-    native: Annotated[
-        bool, typer.Option("--native", help="Use MuJoCo's viewer instead of the browser; requires a display.")
-    ] = False,
 ) -> None:
     """Show a run in the browser: replay a run folder, or simulate a scenario live. Stop with Ctrl-C.
 
@@ -59,28 +56,17 @@ def view_command(
     if recorded and (overrides or plugins):
         raise UsageError("--set and --plugin change a scenario, not a run folder")
     scenario = None if recorded else api.load_scenario(source, overrides or (), plugins or ())
-    with contextlib.ExitStack() as stack:
-        if native:
-            from escort_mj.view.native import KEYS, Native, check_display
+    from escort_mj.view.viewer import Viewer, require_viser
 
-            check_display()
-        else:
-            from escort_mj.view.viewer import Viewer, require_viser
+    require_viser()
+    from escort_mj.view.tape import Live, Stored, failures
 
-            require_viser()
-        from escort_mj.view.tape import Live, Stored, failures
-
-        tape = Stored(Path(source)) if scenario is None else Live(scenario)
-        failed = failures(tape.verdicts)
-        if at is None and failed:
-            at = failed[0].time
-            say(f"opens at {at:.2f} s: {failed[0].message}")
-        ended = stack.enter_context(_ended_by_hand())
-        if native:
-            typer.echo(KEYS)
-            Native(tape, speed, at).run(ended)
-            return
-        viewer = stack.enter_context(Viewer(tape, host, port, speed))
+    tape = Stored(Path(source)) if scenario is None else Live(scenario)
+    failed = failures(tape.verdicts)
+    if at is None and failed:
+        at = failed[0].time
+        say(f"opens at {at:.2f} s: {failed[0].message}")
+    with _ended_by_hand() as ended, Viewer(tape, host, port, speed) as viewer:
         if at is not None:
             viewer.stop_at(at)
         say(f"{tape.title} at {viewer.url}  (Ctrl-C ends)")

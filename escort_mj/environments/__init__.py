@@ -1,8 +1,7 @@
 """Scenarios for learned policies: the same worlds, sensors and native step, commanded from outside.
 
-`Simulation` needs nothing beyond the core; `parallel`, `single`, `vector` and `dm` need the extra `rl`
-(PettingZoo, Gymnasium and dm_env); `dataset` needs the extra `minari`. Where Gymnasium is installed,
-importing this package registers `escort_mj/Escort-v0` with it.
+`Simulation` needs nothing beyond the core; `parallel`, `single` and `vector` need the extra `rl` (PettingZoo
+and Gymnasium). Where Gymnasium is installed, importing this package registers `escort_mj/Escort-v0` with it.
 """
 
 from escort_mj.environments.registration import register

@@ -27,7 +27,7 @@ MODEL, TRACE = "model.xml", "trace.nc"
 METRICS, VERDICTS, JOURNAL = "metrics.json", "verdicts.json", "journal"
 FIGURES, VIDEO, CLIP, REPORT, PLUGINS = "figures", "video.mp4", "clip.mp4", "report.html", "plugins"
 ASSETS = "assets"
-VIDEOS = (VIDEO, "video.gif", "video.webp")
+VIDEOS = (VIDEO, "video.webp", "video.gif")  # GIFs are of earlier versions
 OURS = (
     OUTCOME,
     SCENARIO,

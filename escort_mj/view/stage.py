@@ -93,7 +93,7 @@ class StageView:
             now: [s].
         """
         moment = replay.at(now)
-        pose(self._model, self._data, moment.qpos, {"": moment.target})
+        pose(self._model, self._data, moment.qpos, moment.target)
         where, turn = places(self._model, self._data, self._solids.geoms)
         for chosen, handle in self._bodies:
             handle.batched_positions = where[chosen].astype(np.float32)

@@ -195,9 +195,7 @@ def require_viser() -> None:
         UsageError: If it is not.
     """
     if importlib.util.find_spec("viser") is None:
-        raise UsageError(
-            'the viewer needs viser: pip install "escort-mj[view]"; or --native, where there is a display'
-        )
+        raise UsageError('the viewer needs viser: pip install "escort-mj[view]"')
 
 
 def _free_port(host: str, port: int) -> int:

@@ -8,15 +8,12 @@ import pytest
 
 import escort_mj
 from escort_mj.environments import Simulation
-from escort_mj.environments.dataset import law_episode
 from escort_mj.environments.senses import Reward
 from escort_mj.errors import UsageError
 
 pytest.importorskip("gymnasium")
 pytest.importorskip("pettingzoo")
-pytest.importorskip("dm_env")
 
-from escort_mj.environments.dm import EscortEnvironment  # noqa: E402
 from escort_mj.environments.parallel import EscortParallelEnv  # noqa: E402
 from escort_mj.environments.single import EscortEnv  # noqa: E402
 from escort_mj.environments.vector import EscortVectorEnv  # noqa: E402
@@ -56,9 +53,7 @@ PLACES = "expected a Scenario or a file, the name of a shipped scenario, or a ma
             {},
             r"command: found \['force'\]; expected velocity or force",
         ),
-        (EscortEnvironment, ("main", 3), {}, "command: found 3; expected velocity or force"),
         (Simulation, (b"main",), {}, f"scenario: found b'main'; {PLACES}"),
-        (law_episode, (None, "speed"), {}, "scenario: found None; expected a Scenario"),
         (escort_mj.run, (16,), {}, f"scenario: found 16; {PLACES}"),
         (escort_mj.sweep, (16,), {}, "study: found 16; expected a file, the name of a shipped study, or"),
     ],

@@ -59,17 +59,15 @@ def test_gymnasium_finds_the_environment_by_its_module() -> None:
 
 
 def test_without_a_seed_the_next_mission_is_another() -> None:
-    from escort_mj.environments.dm import EscortEnvironment
     from escort_mj.environments.parallel import EscortParallelEnv
     from escort_mj.environments.single import EscortEnv
 
     scenario = load_scenario("main", SHORT)
-    single, parallel, dm = EscortEnv(scenario), EscortParallelEnv(scenario), EscortEnvironment(scenario)
+    single, parallel = EscortEnv(scenario), EscortParallelEnv(scenario)
     starts = [single.reset()[0] for _ in range(3)]
     assert not np.array_equal(starts[0], starts[1]) and not np.array_equal(starts[1], starts[2])
     for start in starts:
         np.testing.assert_array_equal(np.stack(list(parallel.reset()[0].values())), start)
-        np.testing.assert_array_equal(dm.reset().observation, start)
     np.testing.assert_array_equal(single.reset(seed=scenario.seed)[0], starts[0])
     np.testing.assert_array_equal(single.reset()[0], starts[1])
 
@@ -85,25 +83,6 @@ def test_observations_stay_in_their_space_where_a_mission_breaks() -> None:
     simulation.plant.data.userdata[::2] = np.inf
     simulation.fleet.senses.perceive(0)
     assert (np.abs(simulation.observe_within()) <= simulation.limits).all()
-
-
-@pytest.mark.parametrize("name", NAMES)
-def test_dm_env(name: str) -> None:
-    from dm_env import StepType
-
-    from escort_mj.environments.dm import EscortEnvironment
-
-    environment = EscortEnvironment(load_scenario(name, SHORT))
-    action, observation = environment.action_spec(), environment.observation_spec()
-    step = environment.step(action.generate_value())
-    assert step.step_type is StepType.FIRST
-    kinds = []
-    while not step.last():
-        step = environment.step(np.ones(action.shape, action.dtype))
-        observation.validate(step.observation)
-        kinds.append(step.step_type)
-    assert len(kinds) == 30 and step.discount == 1.0
-    assert environment.step(action.generate_value()).first()
 
 
 def test_the_end_of_a_mission_that_breaks_is_a_termination() -> None:

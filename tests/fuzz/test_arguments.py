@@ -12,7 +12,6 @@ import escort_mj
 from escort_mj import Area, Controller, EscortError, Limits
 from escort_mj.api import benchmarks, cases
 from escort_mj.environments import Reward, Simulation
-from escort_mj.environments.dataset import law_episode
 
 KEYS = {
     "duration": 0.1,
@@ -93,7 +92,6 @@ CALLS = {
     "Simulation.push": Call(lambda: simulation().push, robot=1, force=[0.0, 0.0]),
     "Simulation.release": Call(lambda: simulation().release),
     "Simulation.restore": Call(lambda: simulation().restore, snapshot=None),
-    "law_episode": Call(lambda: law_episode, scenario=escort_mj.load_scenario(KEYS)),
     "Reward": Call(lambda: Reward),
     "sweep": Call(lambda: escort_mj.sweep, "out", study="nowhere.yaml"),
     "tune": Call(lambda: escort_mj.tune, "out", study="nowhere.yaml"),

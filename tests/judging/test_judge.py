@@ -12,6 +12,7 @@ from escort_mj.api.runs import Run
 from escort_mj.errors import LogError, UsageError
 from escort_mj.mission import fly
 from escort_mj.scenario import Scenario, parse_scenario
+from tests.test_examples import example
 
 FINE = 1e-9
 BETWEEN = {"obstacle_clearance_min": 1e-3, "robot_clearance_min": 1e-3, "tunneling": 0.02}
@@ -57,7 +58,11 @@ def exported(run: Run, tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("exported")
     for suffix in ("csv", "parquet", "mcap"):
         pytest.importorskip({"csv": "csv", "parquet": "pyarrow", "mcap": "mcap"}[suffix])
-        run.export(folder / f"run.{suffix}")
+        if suffix == "mcap":
+            run.save(folder / "run")
+            example("foxglove").convert(folder / "run", folder / "run.mcap")
+        else:
+            run.export(folder / f"run.{suffix}")
     return folder
 
 
@@ -171,8 +176,8 @@ def test_a_log_in_a_folder_is_a_run(run: Run, exported: Path, tmp_path: Path) ->
 
     with pytest.raises(UsageError, match="cannot be repeated"):
         rerun_folder(folder)
-    stored.export(tmp_path / "again.mcap")
-    again = escort_mj.judge(tmp_path / "again.mcap", run.scenario)
+    stored.export(tmp_path / "again.csv")
+    again = escort_mj.judge(tmp_path / "again.csv", run.scenario)
     assert again.values["radius_error_max"] == pytest.approx(stored.values["radius_error_max"], rel=FINE)
 
 

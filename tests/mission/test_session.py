@@ -58,7 +58,7 @@ def begun(simulation: Simulation) -> Simulation:
 
 def of_environment(name: str, kind: str) -> Callable[[Any], Any]:
     def make(scenario: Any) -> Any:
-        pytest.importorskip("gymnasium" if name != "dm" else "dm_env")
+        pytest.importorskip("gymnasium")
         if name == "parallel":
             pytest.importorskip("pettingzoo")
         module = __import__(f"escort_mj.environments.{name}", fromlist=[kind])
@@ -111,12 +111,6 @@ def step_parallel(environment: Any, wish: np.ndarray) -> np.ndarray:
     return np.concatenate([*found[0].values(), list(found[1].values())])
 
 
-def step_dm(environment: Any, wish: np.ndarray) -> np.ndarray:
-    for _ in range(5):
-        found = environment.step(wish)
-    return np.append(found.observation, found.reward)
-
-
 def step_controller(controller: Any, wish: np.ndarray) -> np.ndarray:
     team = getattr(controller, "team", controller)
     for _ in range(50):
@@ -156,9 +150,6 @@ WAYS = {
     ),
     "EscortParallelEnv": Way(
         of_environment("parallel", "EscortParallelEnv"), step_parallel, of_simulation, push_of_simulation
-    ),
-    "EscortEnvironment": Way(
-        of_environment("dm", "EscortEnvironment"), step_dm, of_simulation, push_of_simulation
     ),
     "Controller": Way(controller, step_controller, push=None),
     "RobotController": Way(lambda scenario: controller(scenario).robot(2), step_controller, push=None),

@@ -20,7 +20,6 @@ from escort_mj.errors import UsageError
 from escort_mj.palette import robot_colors
 from escort_mj.report.video.replay import replay_of
 from escort_mj.scenario import parse_scenario
-from escort_mj.view import native
 from escort_mj.view.stage import LAYERS, linear
 from escort_mj.view.tape import Live, Stored, failures
 from escort_mj.view.viewer import Viewer
@@ -234,20 +233,6 @@ def test_no_viser_no_display_no_port(monkeypatch, tape) -> None:
     monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
     with pytest.raises(UsageError, match=r'pip install "escort-mj\[view\]"'):
         Viewer(tape)
-    for name in ("DISPLAY", "WAYLAND_DISPLAY"):
-        monkeypatch.delenv(name, raising=False)
-    monkeypatch.setattr("sys.platform", "linux")
-    with pytest.raises(UsageError, match="neither DISPLAY nor WAYLAND_DISPLAY is set"):
-        native.check_display()
-
-
-def test_keys_of_the_native_viewer(tape) -> None:
-    shown = native.Native(tape, 2.0)
-    for key in (native.PLUS, native.SPACE, native.RIGHT):
-        shown.key(key)
-    assert shown.speed == 4.0 and not shown.playing and shown.now == pytest.approx(2.0)
-    shown.key(native.AGAIN)
-    assert shown.now == 0.0
 
 
 def test_ctrl_c_ends_in_order(compiled, tmp_path: Path) -> None:

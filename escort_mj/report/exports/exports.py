@@ -10,8 +10,8 @@ from escort_mj.record.files import write_model
 from escort_mj.record.folder import MODEL, StoredRun
 from escort_mj.record.stored import ASSETS
 
-MJCF, MCAP, STATES = ".xml", ".mcap", ".npz"
-SUFFIXES = (MJCF, CSV, PARQUET, MCAP, STATES)
+MJCF, STATES = ".xml", ".npz"
+SUFFIXES = (MJCF, CSV, PARQUET, STATES)
 
 
 def check_export(path: Path) -> None:
@@ -27,7 +27,7 @@ def check_export(path: Path) -> None:
 
 
 def export_run(run: StoredRun, path: Path) -> None:
-    """Write a run as a table, for Foxglove, as MuJoCo's states, or its world as MJCF.
+    """Write a run as a table, as MuJoCo's states, or its world as MJCF.
 
     Args:
         run: What a run folder holds.
@@ -38,11 +38,7 @@ def export_run(run: StoredRun, path: Path) -> None:
         WriteError: If the file cannot be written.
     """
     check_export(path)
-    if path.suffix == MCAP:
-        from escort_mj.report.exports.foxglove import write_mcap
-
-        write_mcap(run, path)
-    elif path.suffix == STATES:
+    if path.suffix == STATES:
         from escort_mj.report.exports.states import write_states
 
         write_states(run, path)

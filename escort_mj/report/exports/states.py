@@ -6,12 +6,13 @@ from pathlib import Path
 
 import mujoco
 import numpy as np
+from numpy.typing import NDArray
 
 from escort_mj.record.files import replaced
 from escort_mj.record.folder import MODEL, StoredRun
 from escort_mj.report.video.replay import replay_of
 from escort_mj.report.video.solids import load_model, pose
-from escort_mj.report.video.stages import stage_replays
+from escort_mj.world.stages import DIRECTIONS, IN_SPACE, SHADOW
 
 
 def write_states(run: StoredRun, path: Path) -> None:
@@ -32,12 +33,14 @@ def write_states(run: StoredRun, path: Path) -> None:
     replay = replay_of(run.trace)
     model = load_model(run.path / MODEL, replay.qpos.shape[1])
     data = mujoco.MjData(model)
-    stages = [replay, *stage_replays(replay, model)]
+    shadows = _target_shadows(model, run.trace["target_position"].values)
     count = len(replay.time)
     qpos, qvel = np.empty((count, model.nq)), np.zeros((count, model.nv))
     mocap_pos, mocap_quat = np.empty((count, model.nmocap, 3)), np.empty((count, model.nmocap, 4))
     for row in range(count):
-        pose(model, data, replay.qpos[row], {stage.suffix: stage.target[row] for stage in stages})
+        pose(model, data, replay.qpos[row], replay.target[row])
+        for mocap, way in shadows.items():
+            data.mocap_pos[mocap] = way[row]
         qpos[row], mocap_pos[row], mocap_quat[row] = data.qpos, data.mocap_pos, data.mocap_quat
         if row:
             mujoco.mj_differentiatePos(
@@ -55,3 +58,20 @@ def write_states(run: StoredRun, path: Path) -> None:
     }
     with replaced(path) as temporary, temporary.open("wb") as file:
         np.savez_compressed(file, allow_pickle=False, model=np.array(text), **arrays)
+
+
+def _target_shadows(model: mujoco.MjModel, target: NDArray[np.float64]) -> dict[int, NDArray[np.float64]]:
+    """Where the target's bodies of axes beyond the third were, shape (T, 3) [m], by what moves them.
+
+    Args:
+        model: The world.
+        target: Positions in all axes, shape (T, p) [m].
+    """
+    ways = {}
+    for number, first in enumerate(range(IN_SPACE, target.shape[1], IN_SPACE), 1):
+        body = model.body(f"target{SHADOW}{number}")
+        moved = (target - target[0])[:, first : first + IN_SPACE]
+        way = np.tile(body.pos, (len(target), 1))
+        way[:, ["xyz".index(direction) for direction in DIRECTIONS[moved.shape[1]]]] += moved
+        ways[int(body.mocapid[0])] = way
+    return ways

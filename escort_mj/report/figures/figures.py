@@ -51,14 +51,7 @@ class Plot(NamedTuple):
 PLOTS: tuple[Plot, ...] = (
     Plot("panels", "distances and tracking errors", timelines.panels_height, timelines.panels),
     Plot("paths", "paths", paths.plan_height, paths.plan_view, lambda trace: trace.sizes["axis"] == 2),
-    Plot("paths", "paths", paths.space_height, paths.space_view, lambda trace: trace.sizes["axis"] == 3),
-    Plot(
-        "paths",
-        "paths, cast on two axes each",
-        paths.pairs_height,
-        paths.pairs_view,
-        lambda trace: trace.sizes["axis"] > 3,
-    ),
+    Plot("paths", "paths", paths.space_height, paths.space_view, lambda trace: trace.sizes["axis"] > 2),
     Plot(
         "obstacle_distances",
         "distances to obstacles",

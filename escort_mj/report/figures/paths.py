@@ -1,4 +1,4 @@
-"""Where everyone went: a plan of a planar mission, a view in space, several plans of more than three axes."""
+"""Where everyone went: a plan of a planar mission, or a view in space."""
 
 from __future__ import annotations
 
@@ -23,7 +23,6 @@ from escort_mj.record.recording import Recorded
 from escort_mj.record.team import kept_radius, rings
 from escort_mj.report.figures import teams
 from escort_mj.report.figures.drawing.curves import BOUND
-from escort_mj.report.figures.drawing.look import NARROW
 from escort_mj.report.figures.drawing.style import WIDTH, Key, fit_marks, narrow, room_in_space
 from escort_mj.report.figures.knowledge import estimate_ways, known_keys, mark_known
 from escort_mj.report.figures.losses import links, links_at, lost_keys
@@ -78,35 +77,9 @@ def plan_view(figure: Figure, trace: Recorded) -> None:
     fit_marks(figure)
 
 
-def pairs_height(trace: Recorded, width: float) -> float:
-    """Height of `pairs_view` [inches]."""
-    columns = 2 if width > NARROW else 1
-    return 3.5 * -(-len(_pairs(trace)) // columns) + 1.2
-
-
 def space_height(trace: Recorded, width: float) -> float:
     """Height of `space_view` [inches]."""
     return 1.2 + 4.0 * min(width / WIDTH, 1.0)
-
-
-def pairs_view(figure: Figure, trace: Recorded) -> None:
-    """Paths in more than three axes: the shadow that all of it casts on planes of two axes each."""
-    pairs = _pairs(trace)
-    columns = 1 if narrow(figure) else 2
-    grid = figure.subplots(-(-len(pairs) // columns), columns, squeeze=False).ravel()
-    formations = links(trace)
-    for axes, pair in zip(grid, pairs, strict=False):
-        _plan(axes, trace.isel(axis=pair), [trace.sizes["time"] - 1], formations)
-    for axes in grid[len(pairs) :]:
-        axes.set_axis_off()
-    teams.name_all(figure, grid, trace, _keys(trace))
-    fit_marks(figure)
-
-
-def _pairs(trace: Recorded) -> list[list[int]]:
-    """Two axes for each panel, every axis at least once."""
-    last = trace.sizes["axis"] - 1
-    return [[first, first + 1] if first < last else [last - 1, last] for first in range(0, last + 1, 2)]
 
 
 def _plan(axes: Axes, trace: Recorded, moments: list[int], formations: Formations) -> None:
@@ -188,7 +161,8 @@ def _obstacle(axes: Axes, way: Array, radius: float, clear: float, points: Array
 
 
 def space_view(figure: Figure, trace: Recorded) -> None:
-    """Paths in space, seen from the side of the target's way, with their shadows below."""
+    """Paths along x, y, z, seen from the side of the target's way, with their shadows below."""
+    trace = trace.isel(axis=range(3))
     axes: Any = figure.add_subplot(projection="3d", computed_zorder=False)
     low, high = bounds(trace)
     middle, half = (low + high) / 2, np.maximum((high - low) / 2 * 1.03, 1e-3)
@@ -397,4 +371,4 @@ def _globe(axes: Axes3D, center: Array, radius: float) -> None:
         axes.plot(x, y, z, color=ESCORT, linewidth=0.8, linestyle=(0, (1, 2)), zorder=1.5)
 
 
-__all__ = ["bounds", "pairs_height", "pairs_view", "plan_height", "plan_view", "space_view"]
+__all__ = ["bounds", "plan_height", "plan_view", "space_view"]

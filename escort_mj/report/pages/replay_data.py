@@ -58,7 +58,7 @@ def replay_data(run: StoredRun, speed: float) -> dict[str, Any]:
     positions = np.empty((len(rows), len(solids.geoms), 3))
     turns = np.empty((len(rows), len(solids.geoms), 4))
     for moment, row in enumerate(rows):
-        pose(model, data, replay.qpos[row], {"": replay.target[row]})
+        pose(model, data, replay.qpos[row], replay.target[row])
         positions[moment], turns[moment] = places(model, data, solids.geoms)
     tracks = _Tracks(replay, rows)
     crowd = replay.count > palette.MOST_LINES

@@ -16,8 +16,7 @@ import numpy as np
 
 from escort_mj.errors import RenderError
 from escort_mj.report.video.encode import VideoFile
-from escort_mj.report.video.film import Film
-from escort_mj.report.video.stages import Pixels
+from escort_mj.report.video.film import Film, Pixels
 
 FRAMES_EACH = 60  # a process more is worth its start from so many frames on
 MOST_PROCESSES = 4

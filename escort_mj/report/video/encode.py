@@ -1,11 +1,10 @@
-"""Frames to a file, one by one: h264 as every browser plays it, animated WebP, or GIF."""
+"""Frames to a file, one by one: h264 as every browser plays it, or animated WebP."""
 
 from __future__ import annotations
 
 import resource
 import shutil
 import subprocess
-from collections.abc import Sequence
 from pathlib import Path
 from types import TracebackType
 
@@ -19,11 +18,6 @@ from escort_mj.report.video.formats import ENCODINGS
 FAULTS = (OSError, RuntimeError)  # a broken pipe to the encoder, or the encoder's own words
 LEAST_SPACE = 4 << 20  # bytes; with less the disk counts as full
 NO_FFMPEG = "there is no ffmpeg here; this brings one: pip install 'escort-mj[video]'"
-FRAMES = ".mkv"  # what the file of frames without loss is called beside the GIF that is made of it
-
-
-_PALETTE = "palettegen"
-_COLORED = "paletteuse=dither=bayer:bayer_scale=4:diff_mode=rectangle"
 
 
 def find_ffmpeg() -> str:
@@ -76,14 +70,13 @@ class VideoFile:
         Raises:
             RenderError: If there is no ffmpeg, or it lacks the encoder.
         """
-        self._ffmpeg = find_ffmpeg()
-        mediapy.set_ffmpeg(self._ffmpeg)
+        ffmpeg = find_ffmpeg()
+        mediapy.set_ffmpeg(ffmpeg)
         encoding = ENCODINGS[path.suffix]
         if path.suffix != ".mp4":  # which every ffmpeg encodes somehow
-            require_encoder(self._ffmpeg, encoding.encoder)
+            require_encoder(ffmpeg, encoding.encoder)
         self.path = path
-        self._frames = path.with_name(path.name + FRAMES) if path.suffix == ".gif" else path
-        self._writer = mediapy.VideoWriter(self._frames, size[::-1], fps=rate, **encoding.options)
+        self._writer = mediapy.VideoWriter(path, size[::-1], fps=rate, **encoding.options)
 
     def __enter__(self) -> VideoFile:
         try:
@@ -109,34 +102,13 @@ class VideoFile:
     ) -> None:
         try:
             self._writer.close()
-            if fault is None and self._frames != self.path:
-                self._write_gif()
         except FAULTS as failed:
             if fault is None:
                 fault = failed
                 raise self._error(failed) from failed
         finally:
-            if self._frames != self.path:
-                self._frames.unlink(missing_ok=True)
             if fault is not None:
                 self.path.unlink(missing_ok=True)
-
-    def _write_gif(self) -> None:
-        """Make the GIF of the frames, in the 256 colors that suit all of them best."""
-        palette = self._frames.with_suffix(".png")
-        try:
-            self._convert([self._frames], ["-vf", _PALETTE, "-update", "1"], palette)
-            self._convert([self._frames, palette], ["-lavfi", _COLORED, "-loop", "0"], self.path)
-        finally:
-            palette.unlink(missing_ok=True)
-
-    def _convert(self, inputs: Sequence[Path], change: Sequence[str], output: Path) -> None:
-        """Let ffmpeg make a file of others."""
-        files = [word for file in inputs for word in ("-i", str(file))]
-        command = [self._ffmpeg, "-v", "error", *files, *change, "-y", str(output)]
-        done = subprocess.run(command, capture_output=True, text=True, errors="replace", check=False)
-        if done.returncode != 0:
-            raise RuntimeError(done.stderr.strip() or f"ffmpeg failed with exit code {done.returncode}")
 
     def _error(self, fault: Exception) -> RenderError | WriteError:
         """Return the fault in a sentence; a broken pipe does not say why the encoder went."""

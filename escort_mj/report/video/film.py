@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import contextlib
-import itertools
 import math
 from pathlib import Path
 
 import mujoco
 import numpy as np
+from numpy.typing import NDArray
 
 from escort_mj.errors import RenderError
 from escort_mj.palette import LOST, MOST_DISTINCT
@@ -19,8 +18,9 @@ from escort_mj.report.video.replay import Moment, Replay
 from escort_mj.report.video.scene import Scenery
 from escort_mj.report.video.shots import Viewpoint, plan_shot
 from escort_mj.report.video.solids import load_model, pose
-from escort_mj.report.video.stages import Pixels, panels_of, stage_replays
 from escort_mj.scenario.schema.scenario import Video
+
+Pixels = NDArray[np.uint8]
 
 ENDING = 1.5  # how long the last frame stays, with how the run ended [s of the video]
 GLOW = 0.5  # how long a short event stays visible [s of the video]
@@ -74,39 +74,27 @@ class Film:
         prepare(model, video.width, video.height, replay.count)
         self._data = mujoco.MjData(model)
         self._glow = GLOW * video.speed
-        self._replays = [replay, *stage_replays(replay, model)]
-        self._panels = panels_of(len(self._replays) - 1, *self.size)
+        self._aspect = video.width / video.height
         stand, angle = Viewpoint(video.azimuth, video.elevation, video.distance), model.vis.global_.fovy
-        self._shots = [
-            plan_shot(seen, video.camera, angle, panel.width / panel.height, CALM * video.speed, stand)
-            for seen, panel in zip(
-                (seen.between(start, end) for seen in self._replays), self._panels, strict=True
-            )
-        ]
         self._scenery = Scenery(replay, video.speed, video.width)
-        several = len(self._panels) > 1
-        captions = [
-            (seen.axes, panel) for seen, panel in zip(self._replays, self._panels, strict=True) if several
-        ]
-        self._overlay = Overlay(title, video.speed, replay.count, self.size, captions)
-        self._marks = None if clip is None else Marks(clip, model, self._data)
+        self._overlay = Overlay(title, video.speed, replay.count, self.size)
         self._ends = clip is not None or end >= replay.end
         self.held = math.ceil(ENDING * video.rate) if clip is None and self._ends else 0
-        if self._marks is not None:
-            panel = self._panels[0]
-            self._shots[0] = self._marks.shot(replay, self._posed, panel.width / panel.height)
+        if clip is None:
+            self._marks = None
+            shown = replay.between(start, end)
+            self._shot = plan_shot(shown, video.camera, angle, self._aspect, CALM * video.speed, stand)
+        else:
+            self._marks = Marks(clip, model, self._data)
+            self._shot = self._marks.shot(replay, self._posed, self._aspect)
 
     def __enter__(self) -> Film:
-        with contextlib.ExitStack() as stack:
-            self._renderers = {
-                shape: stack.enter_context(mujoco.Renderer(self._model, *shape, MOST_MARKS))
-                for shape in {(panel.height, panel.width) for panel in self._panels}
-            }
-            self._stack = stack.pop_all()
+        width, height = self.size
+        self._renderer = mujoco.Renderer(self._model, height, width, MOST_MARKS)
         return self
 
     def __exit__(self, *_: object) -> None:
-        self._stack.close()
+        self._renderer.close()
 
     def frame(self, index: int) -> Pixels:
         """Draw one of the frames at `times`, shape (height, width, 3)."""
@@ -118,24 +106,21 @@ class Film:
             self._model.geom(f"robot_{number}_body").rgba[:3] = color
         for name, color in zip(replay.targets, replay.target_colors(moment.sample), strict=True):
             self._model.geom(f"{name}_body").rgba[:3] = color
-        for robot, seen in itertools.product(np.flatnonzero(replay.lost[moment.sample]), self._replays):
-            self._model.geom(f"robot_{robot + 1}{seen.suffix}_body").rgba[:3] = LOST
+        for robot in np.flatnonzero(replay.lost[moment.sample]):
+            self._model.geom(f"robot_{robot + 1}_body").rgba[:3] = LOST
         avoiding = replay.lately(replay.avoiding, moment, self._glow)
         touching = replay.lately(replay.touching, moment, self._glow)
-        frame = np.full((*self.size[::-1], 3), 255, dtype=np.uint8)
-        for panel, shot in zip(self._panels, self._shots, strict=True):
-            view = shot.view(moment.time)
-            self._model.stat.extent = view.distance  # near and far limits of the view are given in it
-            renderer = self._renderers[panel.height, panel.width]
-            renderer.update_scene(self._data, _camera(view), only(panel.number))
-            skip_sky(renderer.scene, panel.width / panel.height)
-            if panel.number == 0 and marks is None:
-                self._scenery.draw(renderer.scene, moment, avoiding, touching)
-            elif panel.number == 0 and marks is not None:  # rings instead of halos
-                nobody = np.zeros(replay.count, dtype=bool)
-                self._scenery.draw(renderer.scene, moment, nobody, nobody)
-                marks.draw(renderer.scene, moment.time, replay.planar, panel.width)
-            panel.cut(frame)[:] = renderer.render()
+        view, scene = self._shot.view(moment.time), self._renderer.scene
+        self._model.stat.extent = view.distance  # near and far limits of the view are given in it
+        self._renderer.update_scene(self._data, _camera(view), in_space())
+        skip_sky(scene, self._aspect)
+        if marks is None:
+            self._scenery.draw(scene, moment, avoiding, touching)
+        else:  # rings instead of halos
+            nobody = np.zeros(replay.count, dtype=bool)
+            self._scenery.draw(scene, moment, nobody, nobody)
+            marks.draw(scene, moment.time, replay.planar, self.size[0])
+        frame: Pixels = self._renderer.render()
         last = self._ends and index == len(self.times) - 1
         ending = self._ending if self._clip is not None or last else None
         self._overlay.write(frame, moment.time, avoiding, touching, replay.lost[moment.sample], ending)
@@ -144,8 +129,7 @@ class Film:
     def _posed(self, time: float) -> Moment:
         """Put every body where it was at a time."""
         moment = self._replay.at(time)
-        targets = {seen.suffix: seen.at(time).target for seen in self._replays}
-        pose(self._model, self._data, moment.qpos, targets)
+        pose(self._model, self._data, moment.qpos, moment.target)
         mujoco.mj_camlight(self._model, self._data)
         return moment
 
@@ -214,11 +198,10 @@ def _is_behind(plane: mujoco.MjvGeom, eye: np.ndarray, rays: list[np.ndarray], f
     )
 
 
-def only(group: int) -> mujoco.MjvOption:
-    """Show the geoms of one group."""
+def in_space() -> mujoco.MjvOption:
+    """Show the bodies along x, y, z, and none of further axes, whose geoms are of other groups."""
     option = mujoco.MjvOption()
-    option.geomgroup[:] = 0
-    option.geomgroup[group] = 1
+    option.geomgroup[:] = [1, 0, 0, 0, 0, 0]
     return option
 
 

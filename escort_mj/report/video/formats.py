@@ -11,12 +11,10 @@ class Encoding(NamedTuple):
     Attributes:
         encoder: The encoder in ffmpeg that must be there.
         options: Of mediapy's writer.
-        most_rate: Frames per second that players show at most.
     """
 
     encoder: str
     options: dict[str, Any]
-    most_rate: int = 120
 
 
 def _options(codec: str, encoded_format: str, *arguments: str) -> dict[str, Any]:
@@ -29,7 +27,5 @@ ENCODINGS = {
         _options("h264", "yuv420p", "-preset", "veryfast", "-movflags", "+faststart") | {"crf": 23},
     ),
     ".webp": Encoding("libwebp_anim", _options("libwebp_anim", "yuv420p", "-q:v", "60", "-loop", "0")),
-    # A palette for all frames needs all of them first.
-    ".gif": Encoding("gif", _options("ffv1", "bgr0", "-f", "matroska"), most_rate=50),
 }
 """By suffix."""

@@ -162,7 +162,7 @@ class _Easel:
         """Return a picture of the newest sample."""
         import mujoco
 
-        from escort_mj.report.video.film import GLOW, only
+        from escort_mj.report.video.film import GLOW, in_space
         from escort_mj.report.video.replay import replay_of
         from escort_mj.report.video.scene import Scenery
         from escort_mj.report.video.solids import pose
@@ -171,9 +171,9 @@ class _Easel:
         self._samples = known[known[:, TIME] >= known[-1:, TIME] - TRAIL]
         replay = replay_of(record(self._samples, self._subject.sizes, self._subject.labels))
         moment = replay.at(replay.end)
-        pose(self._model, self._data, moment.qpos, {replay.suffix: moment.target})
+        pose(self._model, self._data, moment.qpos, moment.target)
         mujoco.mj_camlight(self._model, self._data)
-        self._renderer.update_scene(self._data, CAMERAS[self._subject.camera], only(0))
+        self._renderer.update_scene(self._data, CAMERAS[self._subject.camera], in_space())
         avoiding, touching = (replay.lately(f, moment, GLOW) for f in (replay.avoiding, replay.touching))
         Scenery(replay, 1.0, self._width).draw(self._renderer.scene, moment, avoiding, touching)
         return np.asarray(self._renderer.render())

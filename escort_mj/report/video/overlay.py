@@ -13,12 +13,9 @@ from escort_mj import palette
 from escort_mj.palette import LOST
 from escort_mj.report.figures.drawing.letters import font_file, legible
 from escort_mj.report.video.replay import Flags
-from escort_mj.report.video.stages import Panel
 
 Pixels = NDArray[np.uint8]
 Ink = tuple[int, int, int]
-Caption = tuple[tuple[str, ...], Panel]
-"""Names of axes, and the part of the picture that shows them."""
 
 DARK: Ink = (30, 33, 38)
 SOFT: Ink = (85, 90, 98)
@@ -40,16 +37,12 @@ class Overlay:
         title: Name of the scenario.
         speed: Simulated seconds per second of the video.
         count: Number of robots.
-        captions: The axes that parts of the picture show.
     """
 
-    def __init__(
-        self, title: str, speed: float, count: int, size: tuple[int, int], captions: Sequence[Caption] = ()
-    ) -> None:
+    def __init__(self, title: str, speed: float, count: int, size: tuple[int, int]) -> None:
         self.title = legible(title)
         self.speed = speed
         self.count = count
-        self.captions = captions
         self._size = size
         self._unit = max(size[1] / 720.0, 0.45)
         self.paint(palette.robot_colors(count))
@@ -85,10 +78,6 @@ class Overlay:
         self._text(draw, (left, self._px(56)), clock, DARK, _font(self._px(18)))
         pace = f"{self.speed:.3g}× real time" if self.speed != 1 else "real time"
         self._text(draw, (left + self._px(150), self._px(56)), pace, SOFT, _font(self._px(18)))
-        for axes, panel in self.captions:
-            font, words = _font(self._px(18), True), f"ax{'e' if len(axes) > 1 else 'i'}s {', '.join(axes)}"
-            right = panel.left + panel.width - self._px(20) - font.getlength(words)
-            self._text(draw, (right, panel.top + self._px(22)), words, SOFT, font)
         self._legend(draw, avoiding, touching, lost)
         if ending is not None:
             self._banner(draw, *ending)

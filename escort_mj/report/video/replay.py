@@ -25,7 +25,6 @@ OVER_TIME = (
         "robots",
         "target",
         "goals",
-        "target_coordinates",
     )  # which fields of a replay have a row per sample
     + ("avoiding", "touching", "obstacles", "lost", "estimates", "seen", "heard", "returns")
     + ("kept", "members", "team_centers", "team_radius", "target_teams")
@@ -66,7 +65,7 @@ class Replay:
     """What a video needs of a run.
 
     Planar missions happen at one height, that of their robots' centers; of missions in more than three axes
-    this is what happens along x, y, z (see `stages.py` for the rest).
+    this is what happens along x, y, z.
 
     Attributes:
         time: Times of the samples, shape (T,) [s].
@@ -74,7 +73,6 @@ class Replay:
         robots: Positions, shape (T, n, 3) [m].
         target: Positions, shape (T, 3) [m]; without a target the middle of what happens.
         goals: Where each robot goes, shape (T, n, 3) [m]; (T, 0, 3) where robots have no goals.
-        target_coordinates: The same in all axes of the mission, shape (T, p) [m].
         avoiding: Whether obstacle avoidance rules a robot, shape (T, n).
         touching: Whether a robot touched something since the previous sample, shape (T, n).
         robot_radius: Shape (n,) [m].
@@ -102,9 +100,6 @@ class Replay:
         team_radius: Distance that each keeps from there, shape (T, teams) [m].
         ghost_radius: Of what shows where a robot believes its target: that of the smallest target [m].
         planar: Whether the mission has two axes.
-        axes: Names of the axes that are seen.
-        suffix: What names of its bodies end with, in the model.
-        facing: Whether to look straight along y: at an abacus, for example.
     """
 
     time: Array
@@ -112,7 +107,6 @@ class Replay:
     robots: Array
     target: Array
     goals: Array
-    target_coordinates: Array
     avoiding: Flags
     touching: Flags
     robot_radius: Array
@@ -138,9 +132,6 @@ class Replay:
     team_radius: Array
     ghost_radius: float
     planar: bool
-    axes: tuple[str, ...]
-    suffix: str = ""
-    facing: bool = False
 
     @property
     def count(self) -> int:
@@ -287,7 +278,6 @@ def replay_of(trace: Recorded) -> Replay:
         robots=robots,
         target=target,
         goals=goals,
-        target_coordinates=trace["target_position"].values,
         avoiding=trace["avoidance_active"].values > 0,
         touching=touched(trace),
         robot_radius=robot_radius,
@@ -317,7 +307,6 @@ def replay_of(trace: Recorded) -> Replay:
         team_radius=trace["team_radius"].values if teams else np.zeros((len(robots), 0)),
         ghost_radius=GHOST * _target_size(trace, targets),
         planar=planar,
-        axes=tuple(trace["axis"].values[:3]),
     )
 
 

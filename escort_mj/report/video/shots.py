@@ -17,7 +17,6 @@ CameraName = Literal["overview", "follow", "top"]
 
 PLANAR_ELEVATION = -55.0
 SPACE_ELEVATION = -20.0
-FACING_ELEVATION = -6.0
 ORBIT = 14.0  # degrees to either side: parallax shows depth
 LEAST_CIRCLE = 0.2  # of the picture's height, or else the camera glides along
 FRAMED_POINTS, FRAMED_MOMENTS, MOST_FRAMED = 400, 40, 20_000  # of a path: at most, at least, of all robots
@@ -79,25 +78,23 @@ def plan_shot(
         field_of_view: Vertical angle of the picture [deg].
         aspect: Width over height of the picture.
         calm: Time over which a gliding camera's motion is smoothed [s].
-        stand: What of it the user chose; what faces the camera stays as it is.
+        stand: What of it the user chose.
     """
     elevation = -90.0 if camera == "top" else PLANAR_ELEVATION if replay.planar else SPACE_ELEVATION
     if stand.elevation is not None:
         elevation = stand.elevation
-    if replay.facing:
-        stand, elevation = Viewpoint(), FACING_ELEVATION
     times = np.linspace(replay.time[0], replay.end, 200)
     azimuth = np.full(len(times), 90.0)
     if stand.azimuth is not None:
         azimuth = np.full(len(times), stand.azimuth)
-    elif not replay.planar and not replay.facing and camera != "top":
+    elif not replay.planar and camera != "top":
         azimuth = _across(replay.target) + ORBIT * np.linspace(-1.0, 1.0, len(times))
     optics = (field_of_view, aspect, INSETS)
-    if camera != "follow" or replay.facing:
+    if camera != "follow":
         everything = _everything(replay)
         views = [frame(everything, a, elevation, *optics) for a in azimuth]
         nearest = 2 * replay.radius / (2 * views[0].distance * math.tan(math.radians(field_of_view) / 2))
-        if nearest >= LEAST_CIRCLE or replay.facing:
+        if nearest >= LEAST_CIRCLE:
             return _at(_shot(times, views), stand.distance)
     views = [
         frame(_around(replay, t, camera), a, elevation, *optics) for t, a in zip(times, azimuth, strict=True)

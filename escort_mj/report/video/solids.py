@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
@@ -79,21 +78,20 @@ def load_model(path: Path, coordinates: int) -> mujoco.MjModel:
     return model
 
 
-def pose(model: mujoco.MjModel, data: mujoco.MjData, qpos: Array, targets: Mapping[str, Array]) -> None:
+def pose(model: mujoco.MjModel, data: mujoco.MjData, qpos: Array, target: Array) -> None:
     """Restore the position of every body.
 
     Args:
         model: The model.
         data: What to change.
         qpos: Generalized positions.
-        targets: Position of the target, shape (3,) [m], by what the names of the stage's bodies end with.
+        target: Position of the target, shape (3,) [m].
     """
     data.qpos[:] = qpos
     mujoco.mj_normalizeQuat(model, data.qpos)
-    for suffix, place in targets.items():
-        mocap = model.body(f"target{suffix}").mocapid[0]
-        if mocap >= 0:  # one that can be bumped has coordinates
-            data.mocap_pos[mocap] = place
+    mocap = model.body("target").mocapid[0]
+    if mocap >= 0:  # one that can be bumped has coordinates
+        data.mocap_pos[mocap] = target
     mujoco.mj_kinematics(model, data)
 
 

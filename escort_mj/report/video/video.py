@@ -56,13 +56,13 @@ def render_video(
         folder: A run folder.
         video: Size, rate, speed, camera and window; None takes the scenario's.
         progress: Called after each frame.
-        out: The file; its suffix (.mp4, .gif, .webp) chooses the format. None: video.mp4 in the folder.
+        out: The file; its suffix (.mp4, .webp) chooses the format. None: video.mp4 in the folder.
 
     Returns:
         The video, complete; until it is, an earlier one stays in place.
 
     Raises:
-        UsageError: If there is no such format, or it cannot show so many frames per second.
+        UsageError: If there is no such format.
         RenderError: If nothing can be drawn on this machine, or drawing failed.
         WriteError: If the disk is full.
         RunFolderError: If the folder cannot be read.
@@ -87,12 +87,12 @@ def started_video(
     run = read_run(folder)
     path = run.path / VIDEO if out is None else Path(out)
     wanted = scenario_video(run) if video is None else video
-    check_format(path, wanted.rate)
+    check_format(path)
     return _started(run, path, ["--video", wanted.model_dump_json()])
 
 
-def check_format(path: Path, rate: int) -> None:
-    """Check that a video can have this name and rate.
+def check_format(path: Path) -> None:
+    """Check that a video can have this name.
 
     Raises:
         UsageError: If it cannot.
@@ -100,10 +100,6 @@ def check_format(path: Path, rate: int) -> None:
     if path.suffix not in ENCODINGS:
         raise UsageError(
             f"{path}: found the suffix {path.suffix or 'none'}; allowed are {', '.join(ENCODINGS)}"
-        )
-    if rate > (most := ENCODINGS[path.suffix].most_rate):
-        raise UsageError(
-            f"{path}: found a rate of {rate}; {path.suffix[1:].upper()} has at most {most} frames per second"
         )
     if not path.parent.is_dir():
         raise UsageError(f"{path}: there is no folder {path.parent}")

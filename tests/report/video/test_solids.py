@@ -61,7 +61,7 @@ def test_shapes_are_closed_and_of_the_right_size(model: mujoco.MjModel) -> None:
 def test_places_are_those_of_mujoco(model: mujoco.MjModel) -> None:
     data, solids = mujoco.MjData(model), solids_of(model)
     qpos = np.array([0.3, -1.0, 2.0, 0.5, 0.5, -0.1, 0.7, 1.5])
-    pose(model, data, qpos, {"": np.array([7.0, 8.0, 9.0])})
+    pose(model, data, qpos, np.array([7.0, 8.0, 9.0]))
     where, turn = places(model, data, solids.geoms)
     matrix = np.empty(9)
     for k, geom in enumerate(solids.geoms):
