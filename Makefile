@@ -44,11 +44,9 @@ docs: .venv/.test ## the site, in docs/site; broken links are errors
 	rm -rf docs/jupyter_execute # output of an earlier build, which Sphinx would read as pages
 	$(BIN)/python -m sphinx --fail-on-warning --keep-going --quiet -d .cache/doctrees docs docs/site $(ARGS)
 
-reference: .venv/.test ## write the pages of the docs that are made from the code, and the fields of kernels
+reference: .venv/.test ## write the schema of scenarios for editors, and the fields of kernels
 	$(BIN)/python -m escort_mj.memory.stub
 	$(BIN)/escort-mj schema > scenarios/schema.json
-	$(BIN)/escort-mj schema --markdown > docs/keys.md
-	for page in commands metrics signals; do $(BIN)/escort-mj list $$page --markdown > docs/$$page.md || exit 1; done
 
 lint: style types size ## style, types, import contracts and sizes
 

@@ -14,6 +14,8 @@ from docutils import nodes
 from sphinx.application import Sphinx
 from sphinx.util.logging import getLogger
 
+from escort_mj.cli.listing import reference_pages
+
 LOG = getLogger(__name__)
 HERE = Path(__file__).parent
 NOTEBOOKS = HERE / "notebooks"  # copies: Sphinx reads nothing outside of its folder
@@ -36,6 +38,8 @@ autodoc_member_order = "bysource"
 exclude_patterns = ["site", "jupyter_execute"]
 copybutton_exclude = ".linenos, .gp, .go"
 
+for name, text in reference_pages().items():
+    (HERE / name).write_text(text, encoding="utf-8")
 shutil.copytree(
     HERE.parent / "examples", NOTEBOOKS, dirs_exist_ok=True, ignore=shutil.ignore_patterns("*.py", "plugins")
 )

@@ -35,6 +35,7 @@ def convert(folder: str | Path, path: str | Path) -> None:
     """Write an MCAP file with messages in JSON; time zero is the start of the mission."""
     trace = escort_mj.open_run(folder).trace
     signals = {"position": "q", "velocity": "v", "reference_velocity": "v_d", "force": "force"}
+    signals = {key: name for key, name in signals.items() if not trace[name].isnull().all()}  # as logged
     with open(path, "wb") as file:
         writer, channels = Writer(file), {}
         writer.start(library="escort_mj")

@@ -134,6 +134,15 @@ def _page(found: Mapping[Kind, list[Listed]]) -> Iterator[str]:
         yield from markdown(["name", *told, "meaning"], rows)
 
 
+def reference_pages() -> dict[str, str]:
+    """Return the pages of the docs that are made from the code, by the names of their files."""
+    from escort_mj.scenario.reader.handbook import handbook
+
+    kinds: tuple[Kind, ...] = ("commands", "metrics", "signals")
+    made = {f"{kind}.md": "\n".join(_page({kind: [*LISTS[kind](())]})) for kind in kinds}
+    return {"keys.md": handbook()} | made
+
+
 def _sentence(text: str) -> str:
     return text[:1].upper() + text[1:]
 

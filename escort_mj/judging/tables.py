@@ -110,6 +110,7 @@ def _wide(path: Path, table: pandas.DataFrame, wanted: Wanted) -> Log:
             quantity: np.column_stack([_numbers(table[columns[axis]]) for axis in wanted.axes])
             for quantity, columns in quantities.items()
             if set(wanted.axes) <= columns.keys()
+            and (quantity == POSITION or table[[*columns.values()]].notna().any(axis=None))
         }
         label = next(key for key, value in called.items() if value == name)
         faults += _partial(label, quantities, wanted.axes)

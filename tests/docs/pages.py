@@ -4,14 +4,25 @@ import re
 from pathlib import Path
 from typing import NamedTuple
 
+from escort_mj.cli.listing import reference_pages
+
 ROOT = Path(__file__).parents[2]
-PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+DOCS = ROOT / "docs"
+REFERENCE = {DOCS / name: text for name, text in reference_pages().items()}
+"""Pages that are made when the site is built."""
+SITE = sorted({*DOCS.glob("*.md"), *REFERENCE})
+PAGES = [ROOT / "README.md", *SITE]
 RUN = "<!-- run -->"  # before a block of Python that a test runs
 
 _FENCE = re.compile(
     r"^(?P<indent> *)(?P<ticks>```+)(?P<kind>[\w{}-]*)[^\n]*\n(?P<text>.*?)^(?P=indent)(?P=ticks)$",
     re.MULTILINE | re.DOTALL,
 )
+
+
+def text_of(page: Path) -> str:
+    """What stands in a page."""
+    return REFERENCE[page] if page in REFERENCE else page.read_text(encoding="utf-8")
 
 
 class Block(NamedTuple):
@@ -43,7 +54,7 @@ def blocks(*kinds: str) -> list[Block]:
     """All blocks of these kinds."""
     found = []
     for page in PAGES:
-        text = page.read_text(encoding="utf-8")
+        text = text_of(page)
         for match in _FENCE.finditer(text):
             line = text.count("\n", 0, match.start()) + 1
             before = text[: match.start()].rstrip().endswith(RUN)

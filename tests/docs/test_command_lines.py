@@ -10,7 +10,7 @@ import typer
 
 from escort_mj import api
 from escort_mj.cli import app
-from tests.docs.pages import PAGES, ROOT, blocks
+from tests.docs.pages import PAGES, ROOT, blocks, text_of
 
 COMMANDS = typer.main.get_command(app).commands
 STUDIES = {"sweep", "tune", "falsify"}
@@ -75,7 +75,7 @@ def exists(name: str, options: dict) -> None:
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
 def test_commands_within_sentences_are_there(page: Path) -> None:
-    for call in re.findall(r"`escort-mj ([^`]*)`", page.read_text(encoding="utf-8")):
+    for call in re.findall(r"`escort-mj ([^`]*)`", text_of(page)):
         name = call.split()[0].strip(",")
         assert name in TOP or name in COMMANDS, f"{page.name}: escort-mj {call}"
         known = set(TOP)

@@ -1,16 +1,9 @@
 """The page of all keys is the schema's, whole and of today."""
 
 import re
-from pathlib import Path
 
 from escort_mj.scenario.reader.dump import json_schema
 from escort_mj.scenario.reader.handbook import handbook
-
-PAGE = Path(__file__).parents[3] / "docs" / "keys.md"
-
-
-def test_the_page_of_the_docs_is_of_today() -> None:
-    assert PAGE.read_text() == handbook() + "\n", "escort-mj schema --markdown > docs/keys.md"
 
 
 def test_every_table_and_key_is_there_once_and_explained() -> None:
