@@ -217,11 +217,12 @@ def test_repeats(check, monkeypatch) -> None:
     assert code == 0 and "1 scenario: 1 passed" in out
     flown = []
 
-    def other_seeds(scenario, *given):
+    def other_seeds(scenario, *given, **how):
         flown.append(scenario.replace(seed=scenario.seed + len(flown)))
-        return mission.fly(flown[-1], *given)
+        return mission.fly(flown[-1], *given, **how)
 
-    monkeypatch.setattr("escort_mj.study.check.fly", other_seeds)
+    for place in ("check", "engine.work"):
+        monkeypatch.setattr(f"escort_mj.study.{place}.fly", other_seeds)
     code, out, _ = check("s/good.yaml", "--repeat", "2", "--set", "sensing.position.noise=0.01")
     assert code == 3 and "the runs of one seed have different bits, first in q" in out and len(flown) == 2
 

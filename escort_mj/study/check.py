@@ -13,11 +13,12 @@ from typing import NamedTuple
 from escort_mj import stopping
 from escort_mj.errors import EscortError, Fault, ScenarioError
 from escort_mj.mission import Flight, fly
-from escort_mj.record.folder import CHECK, RunFolder, free_place
+from escort_mj.record.folder import CHECK, free_place
 from escort_mj.scenario import load_file
 from escort_mj.scenario.reader.load import expectation_lines
 from escort_mj.study.checked import BROKEN, GOOD, Case, Checked, with_faults_once
 from escort_mj.study.engine.parallel import cores, side_by_side
+from escort_mj.study.engine.work import fly_keeping
 
 Progress = Callable[[float, float], None]
 Clip = Callable[[Path], Path]
@@ -113,7 +114,7 @@ def check_one(case: Case, folder: Path | None = None, keep: bool = False) -> Che
         if case.fault:
             raise ScenarioError([Fault(case.fault)])
         folder = None if folder is None else free_place(folder, CHECK)
-        result = _fly(case, folder)
+        result = _fly(case, folder, keep)
     except ScenarioError as error:
         return replace(bare, faults=error.faults, wall_time=time.perf_counter() - clock)
     except EscortError as error:
@@ -130,18 +131,14 @@ def check_one(case: Case, folder: Path | None = None, keep: bool = False) -> Che
     return replace(result, wall_time=time.perf_counter() - clock)
 
 
-def _fly(case: Case, folder: Path | None) -> Checked:
+def _fly(case: Case, folder: Path | None, keep: bool) -> Checked:
     """Run a scenario as often as asked.
 
     Raises:
         EscortError: If the scenario or the folder is wrong.
     """
     scenario = load_file(case.path, case.settings, case.plugins)
-    if folder is None:
-        run = fly(scenario)
-    else:
-        with RunFolder.create(folder, CHECK) as writing:
-            run = fly(scenario, writing)
+    run = fly_keeping(scenario, folder, CHECK, keep or case.repeat > 1)
     first = signal_that_differs(run, [fly(scenario) for _ in range(1, case.repeat)])
     return Checked(
         case,

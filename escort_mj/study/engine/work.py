@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 import threading
 import time
 from dataclasses import asdict
@@ -12,11 +13,11 @@ from typing import Any, NamedTuple
 from escort_mj import stopping
 from escort_mj.errors import EscortError
 from escort_mj.measuring import measure_over
-from escort_mj.mission import Room, fly
+from escort_mj.mission import Flight, Room, fly, save
 from escort_mj.record.folder import STUDY, RunFolder
 from escort_mj.record.outcome import Outcome
 from escort_mj.record.window import Span
-from escort_mj.scenario import dump_scenario
+from escort_mj.scenario import Scenario, dump_scenario
 from escort_mj.scenario.reader.catalog import catalog_of
 from escort_mj.scenario.reader.load import Template
 from escort_mj.study.engine.store import Row
@@ -65,19 +66,44 @@ def _template(text: str, source: str) -> Template:
     return Template(text, source)
 
 
+def fly_keeping(scenario: Scenario, folder: Path | None, made_by: str, always: bool = False) -> Flight:
+    """Run a scenario in memory, and keep it in a folder if a verdict fails.
+
+    What calls plugins writes its folder on the way: they may take the process with them.
+
+    Args:
+        scenario: What to run.
+        folder: Its run folder, removed if the run passes; None keeps nothing.
+        made_by: As for `RunFolder.create`.
+        always: Whether a run that passes is kept, too.
+    """
+    if folder is None:
+        return fly(scenario, room=_room())
+    if always or catalog_of(scenario).plugins:
+        with RunFolder.create(folder, made_by) as writing:
+            run = fly(scenario, writing, room=_room())
+    else:
+        try:
+            run = fly(scenario, room=_room())
+        except Exception:
+            with RunFolder.create(folder, made_by):  # it says what broke
+                raise
+        if not run.passed:
+            with RunFolder.create(folder, made_by) as kept:
+                save(kept, run)
+    if run.passed and not always:
+        shutil.rmtree(folder, ignore_errors=True)
+    return run
+
+
 def perform(job: Job) -> Row:
     """Make one run and summarize it; an error becomes a row too."""
     began = time.perf_counter()
     try:
         scenario = _template(job.text, job.source).scenario(job.settings | {"seed": job.seed})
-        folder, run = None, None
-        if job.folder is None or job.only_failed:
-            run = fly(scenario, room=_room())
-        if job.folder is not None and (run is None or not run.passed):
-            with RunFolder.create(job.folder, STUDY) as kept:
-                run = fly(scenario, kept)
-            folder = f"{RUNS}/{job.key}"
-        assert run is not None and run.recording is not None
+        run = fly_keeping(scenario, job.folder, STUDY, always=not job.only_failed)
+        kept = job.folder is not None and (not job.only_failed or not run.passed)
+        assert run.recording is not None, "single runs keep their recording"
         known = {metric.name: metric for metric in catalog_of(scenario).metrics}
         more = {key: measure_over(known[name], run.recording, span) for key, name, span in job.measured}
         if broken := [found.reason for found in more.values() if found.broken]:
@@ -106,7 +132,7 @@ def perform(job: Job) -> Row:
             if str(name).startswith(prefix)
         },
         {name: found.value for name, found in (run.measures | more).items()} if run.outcome.good else {},
-        folder,
+        f"{RUNS}/{job.key}" if kept else None,
     )
 
 
