@@ -36,17 +36,17 @@ FILES = {
 }
 # Notes every run of a scenario, and who draws; nothing is drawn.
 SPY = """
-import escort_mj.report.video.video as video, escort_mj.study.check as check
-fly = check.fly
+import escort_mj.report.video.video as video, escort_mj.study.engine.work as work
+fly = work.fly
 
-def noted(scenario, *rest):
+def noted(scenario, *rest, **how):
     with open("runs.txt", "a") as file:
         file.write(scenario.name + "\\n")
     if scenario.name == "breaks":
         1 / 0
-    return fly(scenario, *rest)
+    return fly(scenario, *rest, **how)
 
-check.fly = noted
+work.fly = noted
 video.render_clip = lambda folder: folder / "clip.mp4"
 """
 PYTHON = """

@@ -25,7 +25,7 @@ SECTIONS = {
         "shrink",
         "judge",
     ),
-    "Compare and search": ("compare", "sweep", "gains", "tune", "falsify", "reproduce", "benchmark"),
+    "Compare and search": ("compare", "sweep", "gains", "tune", "falsify", "reproduce"),
     "Write and convert": ("new", "export", "schema"),
     "Bring your own": ("check-robot", "check-plugin"),
     "Inspect the installation": ("list", "doctor"),

@@ -10,7 +10,7 @@ import pytest
 
 import escort_mj
 from escort_mj import Area, Controller, EscortError, Limits
-from escort_mj.api import benchmarks, cases
+from escort_mj.api import cases
 from escort_mj.environments import Reward, Simulation
 
 KEYS = {
@@ -97,7 +97,6 @@ CALLS = {
     "tune": Call(lambda: escort_mj.tune, "out", study="nowhere.yaml"),
     "falsify": Call(lambda: escort_mj.falsify, "out", study="nowhere.yaml"),
     "compare": Call(lambda: escort_mj.compare, "out", scenario="nowhere.yaml"),
-    "gcbf": Call(lambda: benchmarks.gcbf, worlds="nowhere"),
     "to_dataframe": Call(lambda: RUNS[0].to_dataframe),
     "plot": Call(lambda: RUNS[0].plot),
     "export": Call(lambda: RUNS[0].export, path="nowhere.x"),

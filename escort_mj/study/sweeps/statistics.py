@@ -122,7 +122,7 @@ def proportion_of(happened: ArrayLike, method: Literal["exact", "wilson"] = "exa
 
     Args:
         happened: 1 or 0 per run, NaN where it is not known; shape (runs,). What robots of one run do is not
-            independent: of those, see `share_of_worlds`.
+            independent.
         method: Of the interval: of Clopper and Pearson (1934), or of Wilson (1927).
     """
     values = _known(happened)
@@ -133,26 +133,6 @@ def proportion_of(happened: ArrayLike, method: Literal["exact", "wilson"] = "exa
 
     found = binomtest(count, of).proportion_ci(LEVEL, method=method)
     return Proportion(count, of, count / of, Interval(float(found.low), float(found.high)))
-
-
-def share_of_worlds(times: Sequence[int], of: Sequence[int]) -> Proportion:
-    """How often something happened to robots that share worlds: a world is one observation.
-
-    The interval is Wilson's of as many observations as there are worlds. It is for things that happen or do
-    not; a world's share, which may lie between, varies less, so that it covers at least as often as it says.
-
-    Args:
-        times: To how many robots of each world it happened.
-        of: How many robots each world has.
-    """
-    count, total = sum(times), sum(of)
-    if not total:
-        return Proportion(0, 0, math.nan, NOTHING)
-    share, worlds = count / total, len(of)
-    square = NORMAL**2 / worlds
-    middle, half = share + 0.5 * square, NORMAL * math.sqrt((share * (1.0 - share) + 0.25 * square) / worlds)
-    low, high = ((middle + sign * half) / (1.0 + square) for sign in (-1.0, 1.0))
-    return Proportion(count, total, share, Interval(max(low, 0.0), min(high, 1.0)))
 
 
 def summary(values: ArrayLike) -> Summary:

@@ -18,7 +18,6 @@ from escort_mj.study.sweeps.statistics import (
     paired,
     pareto,
     proportion_of,
-    share_of_worlds,
     signed_rank,
     summary,
 )
@@ -171,24 +170,6 @@ def test_differences_within_the_resolution_are_none() -> None:
     assert paired(first, first - 0.04, resolution=sample).p < 0.001
     each = paired(first, first - 0.02, resolution=np.where(np.arange(20) < 10, 0.02, 0.001))
     assert each.alike == 10 and each.side == -1
-
-
-def test_robots_of_one_world_are_one_observation() -> None:
-    found = share_of_worlds([8] * 64, [8] * 64)
-    assert (found.times, found.of, found.share) == (512, 512, 1.0)
-    assert found.interval == pytest.approx((0.9434, 1.0), abs=1e-4)  # Wilson, 64 of 64
-    alone = [1, 0, 1, 1, 0, 1, 1]
-    assert share_of_worlds(alone, [1] * 7).interval == pytest.approx(proportion_of(alone, "wilson").interval)
-    assert math.isnan(share_of_worlds([], []).share)
-
-
-def test_shares_of_worlds_are_covered_as_often_as_is_said() -> None:
-    rng, covered = np.random.default_rng(5), 0
-    for _ in range(400):  # of worlds that differ, robots in each much alike
-        chances = rng.beta(8.0, 2.0, 30)
-        low, high = share_of_worlds(rng.binomial(8, chances).tolist(), [8] * 30).interval
-        covered += low <= 0.8 <= high
-    assert covered >= 380
 
 
 def test_pairs_of_one_seed_are_one_piece_of_evidence() -> None:

@@ -1,1 +1,0 @@
-"""Missions on worlds that others drew, judged as they judge theirs."""
