@@ -11,8 +11,8 @@ from __future__ import annotations
 TYPE_CHECKING = False  # type checkers take it for true; typing takes longer to import than this package
 
 if TYPE_CHECKING:
-    from escort_mj.api import judge, open_run, run, run_many, start
-    from escort_mj.api.live import LiveMission
+    from escort_mj.api import judge, open_run, replay, run, run_many, start
+    from escort_mj.api.live import LiveLog, LiveMission
     from escort_mj.api.runs import Run, table
     from escort_mj.api.studies import compare, falsify, reproduce, sweep, tune
     from escort_mj.errors import EscortError, ScenarioError
@@ -25,27 +25,20 @@ if TYPE_CHECKING:
     __version__: str
 
 _HOMES = {
-    "Area": "standalone.limits",
-    "Limits": "standalone.limits",
-    "Controller": "standalone.controller",
-    "judge": "api",
-    "load_scenario": "scenario.reader.shipped",
-    "run": "api",
-    "run_many": "api",
-    "open_run": "api",
-    "start": "api",
-    "LiveMission": "api.live",
-    "Run": "api.runs",
-    "table": "api.runs",
-    "compare": "api.studies",
-    "falsify": "api.studies",
-    "reproduce": "api.studies",
-    "sweep": "api.studies",
-    "tune": "api.studies",
-    "Outcome": "record.outcome",
-    "Scenario": "scenario.schema.scenario",
-    "EscortError": "errors",
-    "ScenarioError": "errors",
+    name: home
+    for home, names in {
+        "api": "judge open_run replay run run_many start",
+        "api.live": "LiveLog LiveMission",
+        "api.runs": "Run table",
+        "api.studies": "compare falsify reproduce sweep tune",
+        "errors": "EscortError ScenarioError",
+        "record.outcome": "Outcome",
+        "scenario.reader.shipped": "load_scenario",
+        "scenario.schema.scenario": "Scenario",
+        "standalone.controller": "Controller",
+        "standalone.limits": "Area Limits",
+    }.items()
+    for name in names.split()
 }
 
 __all__ = [
@@ -53,6 +46,7 @@ __all__ = [
     "Controller",
     "EscortError",
     "Limits",
+    "LiveLog",
     "LiveMission",
     "Outcome",
     "Run",
@@ -63,6 +57,7 @@ __all__ = [
     "judge",
     "load_scenario",
     "open_run",
+    "replay",
     "reproduce",
     "run",
     "run_many",

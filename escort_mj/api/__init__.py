@@ -25,9 +25,19 @@ from escort_mj.study.checked import Case
 from escort_mj.study.engine.parallel import cores
 
 if TYPE_CHECKING:
-    from escort_mj.api.live import LiveMission
+    from escort_mj.api.live import LiveLog, LiveMission
 
-__all__ = ["cases", "fly", "judge", "load_scenario", "run", "run_many", "scenarios_folder", "study_path"]
+__all__ = [
+    "cases",
+    "fly",
+    "judge",
+    "load_scenario",
+    "replay",
+    "run",
+    "run_many",
+    "scenarios_folder",
+    "study_path",
+]
 
 
 @checked
@@ -184,6 +194,36 @@ def open_run(path: str | os.PathLike[str]) -> Run:
         RunFolderError: If the path is not a run folder, or if the run has recorded nothing.
     """
     return Run(read_run(path))
+
+
+@checked
+def replay(
+    log: str | os.PathLike[str],
+    scenario: Scenario | Source,
+    *,
+    names: Mapping[str, str] | None = None,
+    start: Finite | None = None,
+) -> LiveLog:
+    """Start a replay of a log of real robots, stepped from Python; `judge` is one that goes to the end.
+
+    Args:
+        log: A CSV, Parquet or MCAP file, or a ROS bag.
+        scenario: A scenario against which the log is judged, or any source that `load_scenario` accepts.
+        names: Names of bodies (`robot_1` ..., `target`) in the log: in its columns, or its topics.
+        start: Time stamp of the mission's start [s]; None for the first at which all bodies are logged.
+
+    Returns:
+        The log at the mission's time 0: `step`, look at `state`, `snapshot` and `restore`, end with `run`.
+
+    Raises:
+        LogError: With all faults of the log.
+        UsageError: If there is no such log, or it cannot be read.
+    """
+    from escort_mj.api.live import LiveLog
+
+    return LiveLog(
+        Path(log), scenario if isinstance(scenario, Scenario) else load_scenario(scenario), names, start
+    )
 
 
 @checked

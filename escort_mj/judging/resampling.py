@@ -8,33 +8,20 @@ positions. Totals of forces are sums over the log's own time stamps.
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.judging.log import FORCE, POSITION, VELOCITY, Gap, Log, Track, differentiated
 from escort_mj.scenario.geometry.trajectory import Piecewise, Trajectory
+from escort_mj.world.playback import Motion
 
 Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True)
-class LoggedMotion:
-    """Where bodies are in each physics step.
-
-    Attributes:
-        position: Of the robots, shape (steps, n, p) [m].
-        velocity: Likewise [m/s].
-        others: Ways of the target and of moving obstacles, as far as they are logged.
-    """
-
-    position: Array
-    velocity: Array
-    others: dict[str, Trajectory]
-
-
-def motion_of(log: Log, robots: tuple[str, ...], start: float, times: Array) -> LoggedMotion:
+def motion_of(
+    log: Log, robots: tuple[str, ...], start: float, times: Array, hidden: NDArray[np.bool_]
+) -> Motion:
     """Put the bodies of a log on the mission's clock.
 
     Args:
@@ -42,13 +29,18 @@ def motion_of(log: Log, robots: tuple[str, ...], start: float, times: Array) -> 
         robots: Their names.
         start: Time stamp of the mission's start [s].
         times: Of the physics steps [s].
+        hidden: Whether each of them lies within a gap of the log.
+
+    Returns:
+        Their motion; the ways are those of the target and of moving obstacles, as far as they are logged.
     """
     tracks = [log.tracks[name] for name in robots]
     others = {name: track for name, track in log.tracks.items() if name not in robots}
-    return LoggedMotion(
+    return Motion(
         np.stack([path_of(track, start).position(times) for track in tracks], axis=1),
         np.stack([at(times + start, track.time, velocity_of(track)) for track in tracks], axis=1),
         {name: path_of(track, start) for name, track in others.items()},
+        hidden,
     )
 
 

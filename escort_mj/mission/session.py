@@ -87,9 +87,12 @@ class Session:
             return build(scenario)
         return build(Mission(scenario, outside=self.commanded, opponents_outside=self._opponents))
 
+    def _plant(self, world: World) -> Plant:
+        return Plant(world)
+
     def _settle(self, world: World) -> None:
         """Go on in another world, at its start."""
-        self.world, self.plant = world, Plant(world)
+        self.world, self.plant = world, self._plant(world)
         self.bound = bound_of(world.scenario, world)
 
     @property

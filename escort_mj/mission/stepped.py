@@ -149,8 +149,8 @@ class SteppedMission(Session):
         with native_loop(self.world):
             for until in self.stretches(end):
                 self._advance_undisturbed(until)
-                if stopping.asked():
-                    raise KeyboardInterrupt
+                if signal := stopping.asked():
+                    raise KeyboardInterrupt(f"interrupted by {signal}")
                 if self.outcome is not Outcome.RUNNING:
                     break
         self.wall += time.perf_counter() - began

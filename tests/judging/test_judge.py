@@ -46,6 +46,24 @@ expect:
   - {contacts: any, at_most: 0, peak_force: 1}
   - {metric: contact_force_max, at_most: 1}
 """
+LATE = '''"""Fails at 1.5 s."""
+
+from typing import Literal
+
+from escort_mj.plugins import Behavior, Robots, Task, keep, unit_axis
+
+
+class Late(Behavior):
+    """Fail after a while."""
+
+    behavior: Literal["late"] = "late"
+
+    def task(self, r: Robots) -> Task:
+        """Return the task."""
+        if r.time > 1.501:
+            raise ValueError("too late")
+        return keep(r.q[0], 0.0, unit_axis(r.q, 0), 1.0)
+'''
 
 
 @pytest.fixture(scope="module")
@@ -495,3 +513,15 @@ def test_names_and_columns_that_are_taken(compiled: None, tmp_path: Path) -> Non
     twice = resting(tmp_path, [f"{row},0" for row in REST], f"{COLUMNS},robot_1.x")
     with pytest.raises(LogError, match=r"found two columns robot_1\.x; expected one"):
         escort_mj.judge(twice, scenario)
+
+
+def test_a_plugin_that_fails_in_a_log_fails_it(run: Run, tmp_path: Path) -> None:
+    positions(run).to_csv(tmp_path / "log.csv", index=False)
+    (tmp_path / "late.py").write_text(LATE)
+    changes = {"mission.behaviors": ["vertices", {"behavior": "late"}], "expect": [{"contacts": "none"}]}
+    (tmp_path / "judged.yaml").write_text(MISSION)
+    scenario = escort_mj.load_scenario(tmp_path / "judged.yaml", changes, [str(tmp_path / "late.py")])
+    judged = escort_mj.judge(tmp_path / "log.csv", scenario)
+    assert not judged.passed and judged.outcome is escort_mj.Outcome.FAILED
+    assert "a plugin raised an error at 1.50 s" in judged.message and "too late" in judged.message
+    assert float(judged.trace["time"][-1]) == pytest.approx(1.5)

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import tempfile
 from collections.abc import Callable
+from functools import cache
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -123,6 +126,29 @@ def step_controller(controller: Any, wish: np.ndarray) -> np.ndarray:
     return np.concatenate([np.atleast_2d(force), team.signals["rho_hat"], team.signals["q_d"]])
 
 
+LOGS = tempfile.TemporaryDirectory()
+
+
+@cache
+def log() -> Path:
+    """Robots that swing about their starts, as they would log it."""
+    path, time = Path(LOGS.name) / "swinging.csv", np.linspace(0.0, 1.0, 41)
+    start = escort_mj.Controller(scenario()).start.ravel()
+    rows = np.column_stack([time, start + 0.1 * np.sin(np.outer(time, 1.0 + np.arange(10)))])
+    names = ",".join(["time", *(f"robot_{robot}.{axis}" for robot in range(1, 6) for axis in "xy")])
+    np.savetxt(path, rows, delimiter=",", header=names, comments="")
+    return path
+
+
+def replay(scenario: Any) -> escort_mj.LiveLog:
+    return escort_mj.replay(log(), scenario)
+
+
+def step_log(replayed: escort_mj.LiveLog, wish: np.ndarray) -> np.ndarray:
+    replayed.step(0.1)
+    return np.concatenate([motion(replayed), replayed["v_d"], replayed["target_position"][None]])
+
+
 def controller(scenario: Any) -> escort_mj.Controller:
     return escort_mj.Controller(scenario, command="velocity")
 
@@ -153,6 +179,7 @@ WAYS = {
     ),
     "Controller": Way(controller, step_controller, push=None),
     "RobotController": Way(lambda scenario: controller(scenario).robot(2), step_controller, push=None),
+    "LiveLog": Way(replay, step_log, push=None),
 }
 
 
@@ -173,7 +200,7 @@ def test_a_moment_comes_back_here_and_in_another_object(name: str) -> None:
         np.testing.assert_array_equal(way.drive(each, -WISH), first)
 
 
-@pytest.mark.parametrize("name", WAYS)
+@pytest.mark.parametrize("name", [name for name in WAYS if name != "LiveLog"])
 def test_a_command_is_followed_and_a_push_is_felt(name: str) -> None:
     way = WAYS[name]
     driven = way.make(scenario())
@@ -215,6 +242,30 @@ def test_moments_of_other_missions_are_refused(name: str) -> None:
     np.testing.assert_array_equal(
         way.drive(driven, WISH), going_on, err_msg="what was refused changed something"
     )
+
+
+def test_what_was_logged_stays_as_it_was() -> None:
+    replayed = replay(scenario())
+    for change in ("command", "push", "release", "move_target", "change"):
+        with pytest.raises(UsageError, match="^a log of real robots: what has happened cannot be"):
+            getattr(replayed, change)(2, [30.0, 0.0])
+
+
+def test_a_log_stepped_and_taken_back_is_judged_as_it_is_at_once() -> None:
+    mission = scenario(duration=1.0, expect=[{"metric": "radius_error_mean", "at_most": 9.0}])
+    replayed, whole = replay(mission), escort_mj.judge(log(), mission)
+    replayed.step(0.4)
+    then = replayed.snapshot()
+    part = replayed.step(0.3).run()
+    replayed.restore(then)
+    while replayed.outcome is escort_mj.Outcome.RUNNING:
+        replayed.step(0.013)
+    stepped = replayed.run()
+    assert (stepped.message, stepped.outcome) == (whole.message, whole.outcome)
+    assert part.outcome is escort_mj.Outcome.INTERRUPTED and "0.7 s of swinging.csv" in part.message
+    for name in whole.trace.data_vars.keys() - {"watch_value"}:
+        np.testing.assert_array_equal(stepped.trace[name].values, whole.trace[name].values)
+    assert stepped.values["radius_error_mean"] == pytest.approx(whole.values["radius_error_mean"], rel=1e-12)
 
 
 def test_all_ways_feel_the_same_push() -> None:
