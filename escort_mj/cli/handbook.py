@@ -29,6 +29,14 @@ TITLES = {
         "This page lists every variable of a trace, in SI units and the world frame. "
         "`escort-mj list signals --markdown` writes this page.",
     ),
+    "values": (
+        "What components read",
+        "This page lists every value that the methods of a [plugin](plugins.md) can read, by the kind of "
+        "component, in SI units and the world frame. A component also reads what it declares as `Memory`, by "
+        "name. `escort-mj list values --markdown` writes this page.\n\n"
+        "A *vector* has `+`, `-`, `* number`, `/ number` and components (`r.q[0]`); an *array* has a row for "
+        "each robot and a column for each axis where Python evaluates an equation, and cannot be written.",
+    ),
 }
 COMMON = ("quiet", "verbose", "as_json", "help")
 

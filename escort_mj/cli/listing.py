@@ -45,6 +45,7 @@ Kind = Literal[
     "expectations",
     "signals",
     "figures",
+    "values",
     "commands",
 ]
 
@@ -62,6 +63,8 @@ class Listed(NamedTuple):
         meaning: One sentence.
         window: Of a metric: the part of a run that it looks at.
         read: Of a metric: when it looks, at every physics step or at the samples.
+        component: Of a value: the kind of component that can read it.
+        form: Of a value: whether it is a number, a vector or an array.
     """
 
     name: str
@@ -69,11 +72,12 @@ class Listed(NamedTuple):
     meaning: str
     window: str = ""
     read: str = ""
+    component: str = ""
+    form: str = ""
 
     def document(self) -> dict[str, str]:
         """Return what there is of it, for programs."""
-        more = {"window": self.window, "read": self.read} if self.window else {}
-        return {"name": self.name, "unit": self.unit, "meaning": self.meaning} | more
+        return {name: value for name, value in self._asdict().items() if value or name in self._fields[:3]}
 
 
 @app.command("list")
@@ -110,7 +114,8 @@ def _lines(found: Mapping[Kind, list[Listed]], short: bool) -> Iterator[str]:
         for entry in entries:
             unit = f" [{entry.unit}]" if entry.unit else ""
             window = f"; {entry.window}, {entry.read}" if entry.window else ""
-            yield f"  {entry.name:{width}}  {entry.meaning}{unit}{window}"
+            of = f"{entry.component}: " if entry.component else ""
+            yield f"  {entry.name:{width}}  {of}{entry.meaning}{unit}{window}"
     if short:
         yield f"escort-mj list {next(iter(found))} says what each is, and likewise for the others"
 
@@ -126,7 +131,8 @@ def _page(found: Mapping[Kind, list[Listed]]) -> Iterator[str]:
             continue
         title, introduction = TITLES.get(kind, (kind.capitalize(), ""))
         yield from (f"# {title}\n", f"{introduction}\n")
-        told = [name for name in ("unit", "window", "read") if any(getattr(entry, name) for entry in entries)]
+        columns = ("component", "form", "unit", "window", "read")
+        told = [name for name in columns if any(getattr(entry, name) for entry in entries)]
         rows = [
             [f"`{entry.name}`", *(getattr(entry, name) for name in told), _sentence(entry.meaning)]
             for entry in entries
@@ -138,13 +144,13 @@ def reference_pages() -> dict[str, str]:
     """Return the pages of the docs that are made from the code, by the names of their files."""
     from escort_mj.scenario.reader.handbook import handbook
 
-    kinds: tuple[Kind, ...] = ("commands", "metrics", "signals")
+    kinds: tuple[Kind, ...] = ("commands", "metrics", "signals", "values")
     made = {f"{kind}.md": "\n".join(_page({kind: [*LISTS[kind](())]})) for kind in kinds}
     return {"keys.md": handbook()} | made
 
 
 def _sentence(text: str) -> str:
-    return text[:1].upper() + text[1:]
+    return text if "_" in text.split(" ")[0] else text[:1].upper() + text[1:]
 
 
 def _described(names: Callable[[Path], list[str]]) -> Callable[[Sequence[str]], Iterator[Listed]]:
@@ -203,6 +209,13 @@ def _figures(plugins: Sequence[str]) -> Iterator[Listed]:
     yield from dict.fromkeys(Listed(plot.name, "", plot.title.partition(",")[0]) for plot in PLOTS)
 
 
+def _values(plugins: Sequence[str]) -> Iterator[Listed]:
+    from escort_mj.cli.values import values_read
+
+    for component, name, form, unit, meaning in values_read():
+        yield Listed(name, unit, meaning, component=component, form=form)
+
+
 def _commands(plugins: Sequence[str]) -> Iterator[Listed]:
     for command in app.registered_commands:
         yield Listed(str(command.name), "", _first(inspect.getdoc(command.callback) or ""))
@@ -229,6 +242,7 @@ LISTS: dict[Kind, Callable[[Sequence[str]], Iterator[Listed]]] = {
     "expectations": _expectations,
     "signals": _signals,
     "figures": _figures,
+    "values": _values,
     "commands": _commands,
 }
 
