@@ -2,12 +2,14 @@
 
 Both loops take turns, round by round, from the same state, so that a machine whose speed drifts treats them
 alike, and what counts is the time of this thread alone. Without the callback nobody looks at contacts,
-clearances, speeds, energy and effort.
+clearances, speeds, energy and effort. Scenarios take turns with and without their expectations.
 """
 
 from __future__ import annotations
 
 import time
+from contextlib import ExitStack
+from functools import partial
 from typing import Any
 
 import mujoco
@@ -16,6 +18,7 @@ import numpy as np
 from benchmarks.bare import STATE
 from benchmarks.document import table
 from benchmarks.loop import WARM_UP
+from benchmarks.paired import alternate, effort, paired
 from escort_mj.api import load_scenario
 from escort_mj.world.callback import native_loop
 from escort_mj.world.model.build import build
@@ -46,6 +49,8 @@ CASES: dict[str, tuple[str, list[str], int]] = {
         20,
     ),
 }
+
+EXPECTING = ("main", "main_3d", "patrol", "robots/slung", "robots/hexarotor")
 
 
 def compare(scenario: str, overrides: list[str], steps: int, rounds: int = 31) -> dict[str, Any]:
@@ -91,9 +96,39 @@ def compare(scenario: str, overrides: list[str], steps: int, rounds: int = 31) -
     }
 
 
+def expecting(scenario: str, steps: int = 2000, rounds: int = 31) -> dict[str, Any]:
+    """Times a scenario's loop, whose steps are looked at for its expectations, and the loop without them.
+
+    Args:
+        scenario: Name or path.
+        steps: In a round.
+        rounds: Pairs of loops.
+
+    Returns:
+        Number of `expectations`; medians over rounds: time a step [us] with (`expecting`) and without
+        (`not_expecting`) them, and their paired `ratio`.
+    """
+    scenarios = {name: load_scenario(scenario, told) for name, told in (("with", ()), ("without", QUIET))}
+    plants = {name: Plant(build(one)) for name, one in scenarios.items()}
+    with ExitStack() as loops:
+        for plant in plants.values():
+            loops.enter_context(native_loop(plant.world))
+            plant.step(WARM_UP)
+        turns = {name: partial(effort, partial(plant.step, steps)) for name, plant in plants.items()}
+        times = alternate(turns, rounds)
+    return {
+        "scenario": scenario,
+        "expectations": len(scenarios["with"].expect),
+        "not_expecting": 1e6 * float(np.median(times["without"])) / steps,
+        "expecting": 1e6 * float(np.median(times["with"])) / steps,
+        "ratio": paired(times, "with", "without"),
+    }
+
+
 def measure() -> list[dict[str, Any]]:
     """Measures every case."""
-    return [{"case": name} | compare(*case) for name, case in CASES.items()]
+    watched = [{"case": name} | compare(*case) for name, case in CASES.items()]
+    return [*watched, *(expecting(scenario) for scenario in EXPECTING)]
 
 
 def tables(rows: list[dict[str, Any]]) -> dict[str, str]:
@@ -107,9 +142,24 @@ def tables(rows: list[dict[str, Any]]) -> dict[str, str]:
             str(row["contacts"]),
         ]
         for row in rows
+        if "case" in row
+    ]
+    asked = [
+        [
+            f"`{row['scenario']}`",
+            str(row["expectations"]),
+            f"{row['not_expecting']:.2f}",
+            f"{row['expecting']:.2f}",
+            f"**{row['ratio']:.2f}**",
+        ]
+        for row in rows
+        if "scenario" in row
     ]
     return {
         "watch": table(
             ["case", "without [us]", "with [us]", "share of the loop", "contacts at the end"], cells
-        )
+        ),
+        "expecting": table(
+            ["scenario", "expectations", "without [us]", "with [us]", "with / without"], asked
+        ),
     }

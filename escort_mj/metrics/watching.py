@@ -142,26 +142,27 @@ def fold(watch: Watch, trace: Recorded, starts: Starts, values: Array) -> Folded
     """
     if not values.shape[1]:
         values = nothing(len(values))
+    values = np.ascontiguousarray(values.T)  # few things, many steps: a reduction goes along the steps
     time, known = trace["time"].values, ~np.isnan(values)
     if watch.fold is Fold.MEAN:
-        total = np.add.reduceat(np.where(known, values, 0.0).sum(axis=1), starts)
-        count = np.add.reduceat(known.sum(axis=1), starts)
+        total = np.add.reduceat(np.where(known, values, 0.0).sum(axis=0), starts)
+        count = np.add.reduceat(known.sum(axis=0), starts)
         return Folded(total, count.astype(float), time[starts], np.zeros(len(starts)))
     if watch.fold is Fold.LAST:
         signed = np.where(known & (values > watch.bound), 1.0, -np.inf)
-        some = signed.max(axis=1) > 0.0
-        rows = np.maximum.reduceat(np.where(some, np.arange(len(values)), 0), starts)
+        some = signed.max(axis=0) > 0.0
+        rows = np.maximum.reduceat(np.where(some, np.arange(len(time)), 0), starts)
         found, some = time[rows], some.astype(float)
     else:
         sign = 1.0 if watch.fold is Fold.LARGEST else -1.0
         signed = np.where(known, sign * values, -np.inf)
-        each = signed.max(axis=1)
+        each = signed.max(axis=0)
         best = np.maximum.reduceat(each, starts)
         alike = np.flatnonzero(each == np.repeat(best, np.diff(np.append(starts, len(each)))))
         rows, found = alike[np.searchsorted(alike, starts)], sign * best
-        some = known.any(axis=1).astype(float)
+        some = known.any(axis=0).astype(float)
     count, whose = np.add.reduceat(some, starts), watch.course.whose
-    who = signed[rows].argmax(axis=1) if whose is None else whose(trace, rows)
+    who = signed[:, rows].argmax(axis=0) if whose is None else whose(trace, rows)
     return Folded(np.where(count > 0.0, found, 0.0), count, time[rows], who.astype(float))
 
 
