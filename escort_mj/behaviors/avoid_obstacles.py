@@ -4,20 +4,21 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, NonNegativeFloat, PositiveFloat
 
-from escort_mj.behaviors.behavior import Behavior
+from escort_mj.behaviors.behavior import Avoidance, Behavior
+from escort_mj.behaviors.bodies import Body, obstacle_body, teammate_body
 from escort_mj.behaviors.robots import Robots
 from escort_mj.behaviors.task import Task, along
 from escort_mj.components.setup import MissionSetup
 from escort_mj.knowledge.teammates import find_nearest_heard
 from escort_mj.native.kernels import inlined
-from escort_mj.native.lanes import WIDTH, Lanes, any_of, everywhere, greatest, lane_numbers, load, root
-from escort_mj.native.vectors import Vec, dot, norm, one_row, unit_axis, where
+from escort_mj.native.lanes import WIDTH, Lanes, any_of, everywhere, greatest, load, root
+from escort_mj.native.vectors import Vec, dot, norm, unit_axis, where
 from escort_mj.numerics.neighbors import candidate, number_of_candidates, seen_neighbors
 
 Array = NDArray[np.float64]
@@ -32,7 +33,6 @@ class AvoidObstacles(Behavior):
     """Keep each robot outside the safe spheres around obstacles and teammates."""
 
     frame: ClassVar[Literal["target", "world"]] = "world"
-    avoids: ClassVar[bool] = True
 
     behavior: Literal["avoid_obstacles"] = "avoid_obstacles"
     safe_distance: PositiveFloat = 2.0
@@ -55,7 +55,7 @@ class AvoidObstacles(Behavior):
     that robots do not stop in front of it (remark 6); 0: no minimum, so that only noise ends such a stop (the
     paper)."""
 
-    python_only: ClassVar[frozenset[str]] = frozenset({"behavior", "teammates"})
+    python_only: ClassVar[frozenset[str]] = frozenset({"behavior", "measure", "teammates"})
 
     @staticmethod
     def margin(behaviors: Iterable[Behavior], radius: float) -> float:
@@ -84,6 +84,14 @@ class AvoidObstacles(Behavior):
         bodies = 2.0 * float(setup.robot_radius.max()) if self.measure == "surface" else 0.0
         return min(self.safe_distance, max(0.5 * (float(setup.spacing.min()) - bodies), 0.0))
 
+    def avoidance(self, setup: MissionSetup) -> Avoidance:
+        """Return its distances; that to teammates is kept to those seen, or to those heard."""
+        distance, hears = self.distance_of_teammates(setup), self.hears(setup)
+        return Avoidance(
+            self.safe_distance, distance * (not hears), distance * hears, float(self.measure == "surface"),
+            self.sidestep,
+        )  # fmt: skip
+
     def hears(self, setup: MissionSetup) -> bool:
         """Whether robots keep away from teammates that they hear, instead of those that they see."""
         return self.teammates == HEARD and setup.radio is not None
@@ -91,20 +99,13 @@ class AvoidObstacles(Behavior):
     @classmethod
     def numbers(cls) -> dict[str, type]:
         """Return its parameters as kernels see them; a null `teammate_distance` is the mission's own."""
-        return {
-            "safe_distance": float, "measure": int, "teammate_distance": float, "heard_distance": float,
-            "gain": int, "gain_margin": float, "sidestep": float,
-        }  # fmt: skip
+        return dict.fromkeys(Avoidance._fields, float) | {"gain": int, "gain_margin": float}
 
     def packed(self, setup: MissionSetup | None = None) -> dict[str, float]:
         """Return its parameters as numbers, 0 for the distance to teammates that do not count."""
         assert setup is not None
-        distance, hears = self.distance_of_teammates(setup), self.hears(setup)
-        return {
-            "safe_distance": self.safe_distance, "measure": float(self.measure == "surface"),
-            "teammate_distance": distance * (not hears), "heard_distance": distance * hears,
-            "gain": float(self.gain == "printed"), "gain_margin": self.gain_margin, "sidestep": self.sidestep,
-        }  # fmt: skip
+        own = {"gain": float(self.gain == "printed"), "gain_margin": self.gain_margin}
+        return self.avoidance(setup)._asdict() | own
 
     def task(self, r: Robots) -> Task:
         """Return eq. 3 with the gain of eqs. 23, 24: sigma = |q - o| is to grow to the safe distance."""
@@ -126,19 +127,17 @@ class AvoidObstacles(Behavior):
 
 @inlined
 def _worst_intruder(avoid: Any, r: Robots) -> tuple[Lanes, Lanes, Vec]:
-    """Look for what is deepest in the safe sphere of each robot.
+    """Look for what is deepest in the safe sphere of each robot: the inequality that is broken most.
 
     Returns:
         How deep it is, 0 where nothing intrudes [m]; how far away it is, and the way from there [m].
     """
     plan, state = r.plan, r.state
-    here, own, to_surface = r.q, r.robot_radius, float(avoid.measure)
-    worst, distance, x = everywhere(0.0), everywhere(0.0), 0.0 * here
-    for j in range(plan.obstacle_radius.shape[0]):
-        reach = avoid.safe_distance + to_surface * (own + plan.seen_radius[j])
-        worst, distance, x = _deeper(here - r.obstacle(j), reach, r.there, worst, distance, x)
+    worst, distance, x = everywhere(0.0), everywhere(0.0), 0.0 * r.q
+    for j in range(r.obstacles):
+        worst, distance, x = _deeper(obstacle_body(avoid, j, r), worst, distance, x)
     if avoid.heard_distance > 0.0:
-        find_nearest_heard(r.i, avoid.heard_distance, to_surface, plan, state)
+        find_nearest_heard(r.i, avoid.heard_distance, avoid.to_surface, plan, state)
         deep = -load(state.heard_margin, r.i)
         worse = (deep > worst) & r.there
         worst, distance = where(worse, deep, worst), where(worse, 1.0, distance)
@@ -149,48 +148,37 @@ def _worst_intruder(avoid: Any, r: Robots) -> tuple[Lanes, Lanes, Vec]:
         looking = someone_within(
             avoid.teammate_distance, r.i, avoid, state.q_measured, plan.robot_radius, lists
         )  # fmt: skip
-    failing = plan.failure_start.shape[0] > 0
-    if not looking and not failing:
+    if not looking and plan.failure_start.shape[0] == 0:
         return worst, distance, x
     for j in range(state.q.shape[0]):
-        safe = avoid.teammate_distance
-        if failing and state.lost[j] != 0.0:  # an obstacle (remark 2)
-            safe = max(safe, avoid.safe_distance)
-        if safe <= 0.0:
-            continue
-        way = here - one_row(state, state.q_measured[j])
-        reach = safe + to_surface * (own + plan.robot_radius[j])
-        others = r.there & (lane_numbers() + float(r.i) != float(j))
-        worst, distance, x = _deeper(way, reach, others, worst, distance, x)
+        body = teammate_body(avoid, j, r)
+        if body.safe > 0.0:
+            worst, distance, x = _deeper(body, worst, distance, x)
     return worst, distance, x
 
 
 @inlined
-def _deeper(
-    way: Vec, reach: Lanes, counts: Any, worst: Lanes, distance: Lanes, x: Vec
-) -> tuple[Lanes, Lanes, Vec]:
+def _deeper(body: Body, worst: Lanes, distance: Lanes, x: Vec) -> tuple[Lanes, Lanes, Vec]:
     """Return what is deepest so far, with one more body.
 
     Args:
-        way: To the robots from the body [m].
-        reach: Distance within which it intrudes [m].
-        counts: For which robots it counts.
+        body: The body.
         worst: The deepest so far: how deep [m],
         distance: how far away [m],
         x: and the way from there [m].
     """
-    square = dot(way, way)
-    near = (square < reach * reach) & counts
+    square, reach = dot(body.x, body.x), body.reach
+    near = (square < reach * reach) & body.counts
     if any_of(near):
         length = root(square)
         worse = near & (reach - length > worst)
         worst, distance = where(worse, reach - length, worst), where(worse, length, distance)
-        x = where(worse, way, x)
+        x = where(worse, body.x, x)
     return worst, distance, x
 
 
 @inlined
-def someone_within(distance: float, i: int, avoid: Any, q: Array, radius: Array, lists: Array) -> bool:
+def someone_within(distance: float, i: int, avoid: Avoidance, q: Array, radius: Array, lists: Array) -> bool:
     """Whether one of robots i to i + 7 has a teammate within a distance [m]."""
     for robot in range(i, min(i + WIDTH, q.shape[0])):
         if mate_within(distance, robot, avoid, q, radius, lists):
@@ -199,7 +187,7 @@ def someone_within(distance: float, i: int, avoid: Any, q: Array, radius: Array,
 
 
 @inlined
-def mate_within(distance: float, robot: int, avoid: Any, q: Array, radius: Array, lists: Array) -> bool:
+def mate_within(distance: float, robot: int, avoid: Avoidance, q: Array, radius: Array, lists: Array) -> bool:
     """Whether a robot has a teammate within a distance [m]."""
     n, p = q.shape
     for c in range(number_of_candidates(robot, n, lists)):
@@ -208,7 +196,7 @@ def mate_within(distance: float, robot: int, avoid: Any, q: Array, radius: Array
         for k in range(p):
             way = q[robot, k] - q[j, k]
             square += way * way
-        reach = distance + float(avoid.measure) * (radius[robot] + radius[j])
+        reach = distance + avoid.to_surface * (radius[robot] + radius[j])
         if square < reach * reach and j != robot:
             return True
     return False

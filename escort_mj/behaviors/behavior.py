@@ -1,11 +1,30 @@
 """Base of behaviors: what one asks of each robot by itself."""
 
-from typing import Any, ClassVar, Literal
+from typing import Any, ClassVar, Literal, NamedTuple
 
 from escort_mj.behaviors.robots import Robots
 from escort_mj.components.equations import Equations
+from escort_mj.components.setup import MissionSetup
 from escort_mj.components.views import BEHAVIOR_OUTPUTS, BehaviorView
 from escort_mj.native.values import names_of
+
+
+class Avoidance(NamedTuple):
+    """What distances robots keep: one inequality for each body, distance >= safe distance.
+
+    Attributes:
+        safe_distance: To obstacles and failed robots [m].
+        teammate_distance: To teammates that a robot sees [m]; 0: to none.
+        heard_distance: To all places where teammates that a robot hears may be [m]; 0: to none.
+        to_surface: 1 if distances are between surfaces, 0 if between centers.
+        sidestep: Least velocity around a body, as a share of the velocity that it blocks.
+    """
+
+    safe_distance: float
+    teammate_distance: float = 0.0
+    heard_distance: float = 0.0
+    to_surface: float = 1.0
+    sidestep: float = 0.0
 
 
 class Behavior(Equations):
@@ -30,8 +49,6 @@ class Behavior(Equations):
     """Whether what it asks is relative to the target's motion, or not."""
     chases: ClassVar[bool] = False
     """Whether it needs a target although what it asks is not relative to the target's motion."""
-    avoids: ClassVar[bool] = False
-    """Whether it keeps robots away from something, and asks nothing of those that are far from it."""
     spreads: ClassVar[bool] = False
     """Whether it spreads the team evenly around the target."""
 
@@ -44,6 +61,17 @@ class Behavior(Equations):
             r: The robots, and what they know: `q`, `target`, `radius` and more.
         """
         raise NotImplementedError
+
+    def avoidance(self, setup: MissionSetup) -> Avoidance | None:
+        """Return what distances to bodies it keeps; None where it keeps none.
+
+        `nsb` asks the task, which asks nothing of robots that are far from all bodies. The other outer loops
+        keep the distances instead, each in its way.
+
+        Args:
+            setup: The mission.
+        """
+        return None
 
     @property
     def looks_within(self) -> float:

@@ -27,7 +27,7 @@ from escort_mj.plan import Plan, State
 
 Array = NDArray[np.float64]
 
-SOFT = 0.25  # of the mission's radius: what is missing of room where shrinking is in full swing
+SOFT = 0.25  # share of the mission's radius: once so much room is missing, it shrinks as the room does
 
 
 class RadiusParameters(Fields):
@@ -37,8 +37,8 @@ class RadiusParameters(Fields):
     radius_fits: Annotated[Field, "radii", Value("1", "1 where it shrinks to the free space")]
     radius_least: Annotated[Field, "radii", Value("m", "to which it shrinks at most")]
     radius_margin: Annotated[Field, "radii", Value("m", "between the sphere and an obstacle")]
-    radius_place: Annotated[
-        Field, "phases", Value("1", "which of them a phase has; -1 for the mission's or the team's")
+    radius_index: Annotated[
+        Field, "phases", Value("1", "index of the one that a phase has; -1 for the mission's or the team's")
     ]
 
     @classmethod
@@ -49,8 +49,8 @@ class RadiusParameters(Fields):
             "radius_fits": [surface.fit for surface in own],
             "radius_least": [surface.least_radius(setup) for surface in own],
             "radius_margin": [_margin(setup)] * len(own),
-            "radius_place": [
-                max((each.place(setup) for each in stack if isinstance(each, Surface)), default=-1)
+            "radius_index": [
+                max((each.radius_index(setup) for each in stack if isinstance(each, Surface)), default=-1)
                 for stack in setup.stacks
             ],
         }
@@ -82,19 +82,19 @@ class Surface(Behavior):
     @classmethod
     def numbers(cls) -> dict[str, type]:
         """Return its parameters as kernels see them: the gain, and which of the radii that change is its."""
-        return {"gain": float, "place": int}
+        return {"gain": float, "radius_index": int}
 
     def packed(self, setup: MissionSetup | None = None) -> dict[str, float]:
         """Return its parameters as numbers."""
-        return {"gain": self.gain, "place": -1.0 if setup is None else float(self.place(setup))}
+        return {"gain": self.gain, "radius_index": -1.0 if setup is None else float(self.radius_index(setup))}
 
     @property
     def changes(self) -> bool:
         """Whether it has a radius of its own."""
         return self.fit or self.radius is not None
 
-    def place(self, setup: MissionSetup) -> int:
-        """Return its place among the behaviors whose radius changes; -1 where it does not."""
+    def radius_index(self, setup: MissionSetup) -> int:
+        """Return its index among the behaviors whose radius changes; -1 where it does not."""
         own = [surface for _, surface in setup.numbered(Surface) if surface.changes]
         return own.index(self) if self.changes else -1
 
@@ -113,9 +113,9 @@ class Surface(Behavior):
     def task(self: Any, r: Robots) -> Task:
         """Return eq. 5: sigma = |q - c|^2 / 2 is to become radius^2 / 2, which may change."""
         x = r.q - r.target
-        if self.place < 0:
+        if self.radius_index < 0:
             return keep_distance(x, r.radius, self.gain)
-        radius, rate = r.state.radius_now[self.place, 0], r.state.radius_now[self.place, 1]
+        radius, rate = r.state.radius_now[self.radius_index, 0], r.state.radius_now[self.radius_index, 1]
         task = keep_distance(x, _ahead(radius, rate, self.gain), self.gain)
         return along(x, task.weight, task.velocity, task.active, abs(norm(x) - radius), task.value)
 
@@ -168,15 +168,15 @@ def choose_radii(plan: Plan, state: State) -> None:
         apart = math.sqrt(square)
         if apart - plan.obstacle_radius[j] < room:
             room, opening = apart - plan.obstacle_radius[j], along_way / max(apart, 1e-300)
-    for place in range(plan.radius_least.shape[0]):
-        first, count = int(plan.radius_functions[place, 0]), int(plan.radius_functions[place, 1])
+    for index in range(plan.radius_least.shape[0]):
+        first, count = int(plan.radius_functions[index, 0]), int(plan.radius_functions[index, 1])
         radius, rate = evaluate_program(plan.code, first, count, plan.segments, time, state.operands)
-        if plan.radius_fits[place] != 0.0 and room < radius + plan.sensing_obstacles:
+        if plan.radius_fits[index] != 0.0 and room < radius + plan.sensing_obstacles:
             radius, rate = fitted(
-                radius, rate, room - plan.radius_margin[place], opening, SOFT * plan.radius,
-                plan.radius_least[place],
+                radius, rate, room - plan.radius_margin[index], opening, SOFT * plan.radius,
+                plan.radius_least[index],
             )  # fmt: skip
-        state.radius_now[place, 0], state.radius_now[place, 1] = radius, rate
+        state.radius_now[index, 0], state.radius_now[index, 1] = radius, rate
     for i in range(state.kept_radius.shape[0]):
-        place = int(plan.radius_place[int(state.phase[i])])
-        state.kept_radius[i] = state.radius_now[place, 0] if place >= 0 else radius_of(i, plan, state)
+        index = int(plan.radius_index[int(state.phase[i])])
+        state.kept_radius[i] = state.radius_now[index, 0] if index >= 0 else radius_of(i, plan, state)

@@ -14,7 +14,7 @@ from escort_mj.native.vectors import Vec, dot, norm, rows_at, set_rows, where
 
 MAX_DIRECTIONS = 2  # of a task: chords in space keep two distances
 MAX_LEVELS = 8  # behaviors by priority that a mission or a phase may have
-WEIGHT, OTHER_WEIGHT, DIRECTIONS, ACROSS, ACTIVE, ERROR, VALUE, LEAST, SIDESTEP = range(9)
+WEIGHT, OTHER_WEIGHT, DIRECTIONS, ACROSS, ACTIVE, ERROR, VALUE, LEAST_RATE, SIDESTEP = range(9)
 TRAITS = 9  # numbers of a task beside its vectors, at these places
 
 
@@ -32,7 +32,7 @@ class Task(NamedTuple):
         active: Where it asks for anything.
         error: How far it is from done [m].
         value: The task function, for checks of its gradient.
-        least: Of an inequality, the least rate of its function.
+        least_rate: Of an inequality, the least rate of its function that is allowed.
         sidestep: Share of the blocked speed with which robots go around what they meet; 0 for none.
     """
 
@@ -46,7 +46,7 @@ class Task(NamedTuple):
     active: Lanes
     error: Lanes
     value: Lanes
-    least: Lanes
+    least_rate: Lanes
     sidestep: float
 
 
@@ -141,7 +141,7 @@ def only(condition: Any, task: Task) -> Task:
     return Task(
         where(condition, task.velocity, 0.0), task.x, where(condition, task.weight, 0.0), task.other,
         where(condition, task.other_weight, 0.0), task.directions, where(condition, task.across, 0.0),
-        where(condition, task.active, 0.0), where(condition, task.error, 0.0), task.value, task.least,
+        where(condition, task.active, 0.0), where(condition, task.error, 0.0), task.value, task.least_rate,
         task.sidestep,
     )  # fmt: skip
 
@@ -168,24 +168,24 @@ def as_task(asked: Inequality) -> Task:
     """Return the task of an inequality by itself: active where the function is below its bound."""
     short: Lanes = asked.bound - asked.value
     weight = inverse_square(asked.x)
-    least, nothing = asked.rate * short, everywhere(0.0)
+    least_rate, nothing = asked.rate * short, everywhere(0.0)
     task = Task(
-        (least * weight) * asked.x, asked.x, weight, asked.x, nothing, 1, nothing, everywhere(1.0),
-        greatest(short, 0.0) * root(weight), asked.value, least, 0.0,
+        (least_rate * weight) * asked.x, asked.x, weight, asked.x, nothing, 1, nothing, everywhere(1.0),
+        greatest(short, 0.0) * root(weight), asked.value, least_rate, 0.0,
     )  # fmt: skip
     return only(short > 0.0, task)
 
 
 @inlined
 def enforced(task: Task, wanted: Vec) -> Task:
-    """Return the task of an inequality, active where a velocity w of lower priority has x . w < least."""
+    """Return the task of an inequality, active where a lower velocity w has x . w < least rate."""
     weight = inverse_square(task.x)
-    short = dot(task.x, wanted) < task.least
-    velocity = where(short, (task.least * weight) * task.x, 0.0)
+    short = dot(task.x, wanted) < task.least_rate
+    velocity = where(short, (task.least_rate * weight) * task.x, 0.0)
     on, nothing = where(short, 1.0, everywhere(0.0)), everywhere(0.0)
     return Task(
         velocity, task.x, where(short, weight, 0.0), task.x, nothing, 1, nothing, on, task.error, task.value,
-        task.least, 0.0,
+        task.least_rate, 0.0,
     )  # fmt: skip
 
 
@@ -241,7 +241,7 @@ def keep_task(task: Task, view: Any, i: int) -> None:
     scatter(rows, at + ACTIVE, TRAITS, task.active)
     scatter(rows, at + ERROR, TRAITS, task.error)
     scatter(rows, at + VALUE, TRAITS, task.value)
-    scatter(rows, at + LEAST, TRAITS, task.least)
+    scatter(rows, at + LEAST_RATE, TRAITS, task.least_rate)
     scatter(rows, at + SIDESTEP, TRAITS, everywhere(task.sidestep))
 
 
@@ -252,7 +252,7 @@ def kept_task(view: Any, i: int) -> Task:
         rows_at(view, view.asked_velocity, i), rows_at(view, view.asked_x, i), _kept(view, i, WEIGHT),
         rows_at(view, view.asked_other, i), _kept(view, i, OTHER_WEIGHT), int(view.asked[i, DIRECTIONS]),
         _kept(view, i, ACROSS), _kept(view, i, ACTIVE), _kept(view, i, ERROR), _kept(view, i, VALUE),
-        _kept(view, i, LEAST), view.asked[i, SIDESTEP],
+        _kept(view, i, LEAST_RATE), view.asked[i, SIDESTEP],
     )  # fmt: skip
 
 

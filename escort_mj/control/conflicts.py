@@ -7,7 +7,7 @@ from typing import Any
 
 from escort_mj.behaviors.robots import Robots, robots_at
 from escort_mj.behaviors.task import MAX_DIRECTIONS, MAX_LEVELS, Task, leave
-from escort_mj.control.nsb import task_of
+from escort_mj.control.nsb import task_of, used_task
 from escort_mj.native.fields import Array
 from escort_mj.native.kernels import inlined, merged
 from escort_mj.native.lanes import (
@@ -73,10 +73,11 @@ def _weigh_phase(i: int, phase: int, every: bool, plan: Plan, state: State) -> N
     for level in range(levels - 1, -1, -1):
         place, at = plan.level_column[first + level], MOST_AXES * level
         column = i * behaviors + int(place)
-        task = task_of(first + level, r)
+        asked = task_of(first + level, r)
+        task = used_task(first + level, asked, r)
         active = task.active > 0.5
         _write(state.task_wish, column, behaviors, mine & active, norm(task.velocity), 0.0, every)
-        _write(state.task_error, column, behaviors, mine & active, task.error, 0.0, every)
+        _write(state.task_error, column, behaviors, mine & (asked.active > 0.5), asked.error, 0.0, every)
         ruling = where(active, place, ruling)
         set_row(angles, level, everywhere(NO_CONFLICT))
         set_part(wanted, at, task.velocity)

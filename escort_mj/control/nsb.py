@@ -17,10 +17,11 @@ from typing import Annotated, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from escort_mj.behaviors import BEHAVIORS, AvoidObstacles, Behavior
+from escort_mj.behaviors import BEHAVIORS, Behavior
 from escort_mj.behaviors.avoid_obstacles import POLAR
+from escort_mj.behaviors.behavior import Avoidance
 from escort_mj.behaviors.robots import Robots, robots_at
-from escort_mj.behaviors.task import MAX_LEVELS, Task, as_task, enforced, leave
+from escort_mj.behaviors.task import MAX_LEVELS, Task, along, as_task, enforced, inverse_square, leave, only
 from escort_mj.components.component import block_at, number_of, reader
 from escort_mj.components.dispatch import one_of
 from escort_mj.components.parameters import UNLIMITED
@@ -47,6 +48,7 @@ from escort_mj.plan import Plan, State
 Mask = NDArray[np.bool_]
 
 ROUNDING = 1e-12
+NONE = Avoidance(0.0)
 
 
 class StackParameters(Fields):
@@ -59,7 +61,10 @@ class StackParameters(Fields):
     level_in_world: Annotated[
         Array, "levels", Value("1", "1 where it wishes velocities in the world's frame, not the target's")
     ]
-    level_avoids: Annotated[Array, "levels", Value("1", "1 where it avoids something")]
+    level_avoids: Annotated[Array, "levels", Value("1", "1 where it keeps distances to bodies")]
+    level_avoidance: Annotated[
+        Array, "levels", len(Avoidance._fields), Value("m or 1", "these distances, see `Avoidance`")
+    ]
     level_limit_row: Annotated[
         Array, "levels", Value("1", "row of `limit_x` where an inequality begins; -1 for other tasks")
     ]
@@ -69,12 +74,14 @@ class StackParameters(Fields):
     def packed(cls, setup: MissionSetup) -> dict[str, Any]:
         """Return the values of the fields for a mission."""
         behaviors = setup.all_behaviors
+        avoidance = [behavior.avoidance(setup) for behavior in behaviors]
         return {
             "level_behavior": [number_of(behavior, BEHAVIORS) for behavior in behaviors],
             "level_column": [setup.kinds.index(behavior.behavior) for behavior in behaviors],
             "level_gain": [behavior.convergence for behavior in behaviors],
             "level_in_world": [behavior.frame == "world" for behavior in behaviors],
-            "level_avoids": [behavior.avoids for behavior in behaviors],
+            "level_avoids": [each is not None for each in avoidance],
+            "level_avoidance": [each or NONE for each in avoidance],
             "level_limit_row": _limit_rows(setup),
             "alike": not (setup.phases or setup.failures or setup.trigger or setup.outside),
         }
@@ -84,7 +91,11 @@ class LimitState(Fields):
     """Inequalities of the priority stacks, whole lanes of robots for each: for outer loops that need them."""
 
     limit_x: Annotated[Array, "limited", "p", Value("1", "gradient of the function that has a bound")]
-    limit_least: Annotated[Array, "limited", Value("1/s", "least rate of it, in the world's frame")]
+    limit_rate: Annotated[Array, "limited", Value("1/s", "least rate of it, in the world's frame")]
+    limit_velocity: Annotated[
+        Array, "limited", "p", Value("m/s", "velocity along it in place of what tasks below it want")
+    ]
+    limit_active: Annotated[Array, "limited", Value("1", "1 where that is so")]
 
 
 def _limit_rows(setup: MissionSetup) -> list[float]:
@@ -112,7 +123,7 @@ def compose(i: int, phase: int, plan: Plan, state: State) -> None:
 
     Escort behaviors are relative to the target's motion (feed-forward), avoidance and goals are not:
     v_d = v1 + N1 [c_dot + v2 + N2 v3] for the paper's order. The lowest priority comes first: each behavior
-    projects the parts below it, and, where it is in the world's frame, what is carried of the feed-forward.
+    projects the parts below it, and, where it is in the world's frame, what is left of the feed-forward.
 
     Args:
         i: First robot, from 0: i to i + 7, as far as the phase rules them.
@@ -124,8 +135,10 @@ def compose(i: int, phase: int, plan: Plan, state: State) -> None:
     first, levels = int(plan.phase_first[phase]), int(plan.phase_levels[phase])
     moving = 1.0 if plan.target_feedforward else 0.0
     drift = moving * r.target_velocity
-    carried = drift
-    active, bent, highest = everywhere(0.0), everywhere(0.0), levels  # highest: of the escort behaviors
+    feedforward = drift  # what behaviors so far leave of it
+    first_escort = levels  # level of the most important escort behavior so far
+    projected = everywhere(0.0)  # 1 where the feed-forward has lost a part to a task in the world's frame
+    active = everywhere(0.0)
     for level in range(levels - 1, -1, -1):
         escort = plan.level_in_world[first + level] == 0.0
         avoids = plan.level_avoids[first + level] != 0.0
@@ -138,28 +151,61 @@ def compose(i: int, phase: int, plan: Plan, state: State) -> None:
             set_part(parts, MOST_AXES * level, task.velocity)
             continue
         if row >= 0:
-            wanted = _spend(level + 1, highest, levels, carried, parts, r)
-            moves = drift if escort else 0.0 * drift
-            task = enforced(task, wanted - moves)
-            set_rows(state.limit_x, row + i, task.x)
-            store(state.limit_least, row + i, task.least + dot(task.x, moves))
+            wanted = _spend(level + 1, first_escort, levels, feedforward, parts, r)
+            task = enforce(first + level, task, wanted, drift if escort else 0.0 * drift, r)
         velocity = task.velocity
         if avoids:
             active = greatest(active, task.active)
         if task.sidestep > 0.0:
-            wanted = _spend(level + 1, highest, levels, carried, parts, r)
+            wanted = _spend(level + 1, first_escort, levels, feedforward, parts, r)
             velocity = velocity + sidestep(task, wanted, state.q.shape[1])
         set_part(parts, MOST_AXES * level, velocity)
         for lower in range(level + 1, levels):
             set_part(parts, MOST_AXES * lower, leave(task, part_at(state, parts, MOST_AXES * lower)))
         if not escort:
-            carried = leave(task, carried)
-            bent = greatest(bent, task.active)
+            feedforward = leave(task, feedforward)
+            projected = greatest(projected, task.active)
             continue
-        highest = level
-        if any_of(bent > 0.5):  # what is below has bent the feed-forward: its remainder is projected
-            carried = drift + leave(task, carried - drift)
-    set_velocities(phase, _spend(0, highest, levels, carried, parts, r), active, r)
+        first_escort = level
+        if any_of(projected > 0.5):
+            feedforward = drift + leave(task, feedforward - drift)
+    set_velocities(phase, _spend(0, first_escort, levels, feedforward, parts, r), active, r)
+
+
+@inlined
+def enforce(level: int, task: Task, wanted: Vec, frame: Vec, r: Robots) -> Task:
+    """Return the task that an inequality is above other tasks, and keep it for outer loops and records.
+
+    Args:
+        level: Its level, of all phases' levels.
+        task: That of the inequality by itself.
+        wanted: What the other tasks want [m/s].
+        frame: Velocity of the behavior's frame [m/s].
+        r: The robots.
+    """
+    row, used = int(r.plan.level_limit_row[level]) + r.i, enforced(task, wanted - frame)
+    set_rows(r.state.limit_x, row, used.x)
+    set_rows(r.state.limit_velocity, row, used.velocity)
+    store(r.state.limit_active, row, used.active)
+    store(r.state.limit_rate, row, used.least_rate + dot(used.x, frame))
+    return used
+
+
+@inlined
+def used_task(level: int, task: Task, r: Robots) -> Task:
+    """Return the task of a level as it was used: of an inequality, what it was above other tasks.
+
+    Args:
+        level: Of all phases' levels.
+        task: That of its behavior by itself.
+        r: The robots.
+    """
+    row = int(r.plan.level_limit_row[level])
+    if row < 0:
+        return task
+    velocity, active = r.at(r.state.limit_velocity, row), load(r.state.limit_active, row + r.i)
+    used = along(task.x, inverse_square(task.x), velocity, active, task.error, task.value)
+    return only(active > 0.5, used)
 
 
 @inlined
@@ -209,14 +255,13 @@ def _task_by(behavior: type[Behavior]) -> Callable[..., Any]:
 
 
 _task_of = one_of([*map(_task_by, BEHAVIORS), custom_task])
-AVOID_OBSTACLES = BEHAVIORS.index(AvoidObstacles)
-_read_avoidance = reader(AvoidObstacles)
 
 
 @inlined
-def avoidance_of(level: int, plan: Plan) -> Any:
-    """Return the parameters of avoid_obstacles, of which a level is."""
-    return _read_avoidance(block_at(int(plan.level_place[level]), plan), 0)
+def avoidance_of(level: int, plan: Plan) -> Avoidance:
+    """Return what distances to bodies the behavior of a level keeps."""
+    numbers = plan.level_avoidance[level]
+    return Avoidance(numbers[0], numbers[1], numbers[2], numbers[3], numbers[4])
 
 
 @inlined
@@ -245,24 +290,24 @@ def sidestep(task: Task, wanted: Vec, axes: int) -> Vec:
 
 
 @inlined
-def _spend(level: int, highest: int, levels: int, carried: Vec, parts: Array, r: Robots) -> Vec:
+def _spend(level: int, first_escort: int, levels: int, feedforward: Vec, parts: Array, r: Robots) -> Vec:
     """Return the sum of the parts from one level down, each as far as the speed limit leaves room for it.
 
     Args:
         level: The first level.
-        highest: That of the most important escort behavior: the feed-forward comes before it.
+        first_escort: That of the most important escort behavior: the feed-forward comes before it.
         levels: Number of levels.
-        carried: What is left of the feed-forward [m/s].
+        feedforward: What is left of it [m/s].
         parts: Parts by level, in rows of scratch [m/s].
         r: The robots.
     """
-    total = 0.0 * carried
+    total = 0.0 * feedforward
     for lower in range(level, levels):
-        if lower == highest:
-            total = _within_limit(total, carried, r.max_speed)
+        if lower == first_escort:
+            total = _within_limit(total, feedforward, r.max_speed)
         total = _within_limit(total, part_at(r.state, parts, MOST_AXES * lower), r.max_speed)
-    if highest == levels:
-        total = _within_limit(total, carried, r.max_speed)
+    if first_escort == levels:
+        total = _within_limit(total, feedforward, r.max_speed)
     return total
 
 

@@ -1,4 +1,4 @@
-"""What the sliding-mode laws share: the smoothing of their switching term, and the gains of V1."""
+"""What the sliding-mode laws share: the smoothing of their switching term, and the gains of the proof."""
 
 from typing import Any, Literal, NamedTuple
 
@@ -17,12 +17,21 @@ SMOOTHINGS = ("tanh", "saturation", "sign")
 
 
 class Gains(NamedTuple):
-    """Gains of tau = rho_hat + kp e + kd e_dot + k sw(s / boundary_layer), d rho_hat/dt = mu s, as in V1."""
+    """Gains of eqs. 9 and 10, by which the proof's Lyapunov function V1 (eq. 11) goes.
 
-    kp: float
-    kd: float
-    k: float
-    mu: float
+    tau = rho_hat + k_p e + k_d e_dot + k sw(s / boundary_layer), d rho_hat/dt = mu s.
+
+    Attributes:
+        proportional_gain: k_p, of the position error e [N/m].
+        derivative_gain: k_d, of the velocity error e_dot [N s/m].
+        switching_gain: k, of the smoothed sign of the sliding variable s [N].
+        adaptation_rate: mu, of s in the rate of the estimate rho_hat [N/m].
+    """
+
+    proportional_gain: float
+    derivative_gain: float
+    switching_gain: float
+    adaptation_rate: float
 
 
 class SlidingModeLaw(Law):
@@ -36,8 +45,7 @@ class SlidingModeLaw(Law):
 
     def gains(self) -> Gains:
         """Return the gains by which the proof's Lyapunov function goes; 0 for what the law lacks."""
-        names = ("proportional_gain", "derivative_gain", "switching_gain", "adaptation_rate")
-        return Gains(*(float(getattr(self, name, 0.0)) for name in names))
+        return Gains(*(float(getattr(self, name, 0.0)) for name in Gains._fields))
 
 
 @inlined

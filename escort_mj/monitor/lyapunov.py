@@ -1,6 +1,6 @@
 """The Lyapunov function of the paper's proof (eqs. 11-16), and why it changes, per robot and step.
 
-V1 = (s.M s + (kp + slope kd) |e|^2 + |rho - rho_hat|^2 / mu) / 2, of true states. Its change over a step is
+V1 = (s.M s + (k_p + slope k_d) |e|^2 + |rho - rho_hat|^2 / mu) / 2, of true states. Its change over a step is
 booked under `CAUSES`; `docs/theory.md` derives them.
 """
 
@@ -23,10 +23,10 @@ class LyapunovParameters(Fields):
     """Gains of the Lyapunov function."""
 
     lyapunov: Annotated[bool, Value("1", "whether V1 is recorded")]
-    kp: Annotated[float, Value("N/m", "gain of the position error")]
-    kd: Annotated[float, Value("N s/m", "gain of the velocity error")]
-    k: Annotated[float, Value("N", "gain of the switching term")]
-    mu: Annotated[float, Value("N/m", "rate of the estimate; 0 without adaptation")]
+    proportional_gain: Annotated[float, Value("N/m", "gain of the position error")]
+    derivative_gain: Annotated[float, Value("N s/m", "gain of the velocity error")]
+    switching_gain: Annotated[float, Value("N", "gain of the switching term")]
+    adaptation_rate: Annotated[float, Value("N/m", "rate of the estimate; 0 without adaptation")]
     boundary_layer: Annotated[float, Value("m/s", "width of the smoothed zone of s")]
     smoothing: Annotated[int, Value("1", "place in SMOOTHINGS")]
 
@@ -86,10 +86,10 @@ def _value(i: int, plan: Plan, state: State) -> float:
         for b in range(p):
             twice += s * state.mass_matrix[i, a * p + b] * _sliding(i, b, plan, state)
         e = state.q_d[i, a] - state.q[i, a]
-        twice += (plan.kp + plan.slope * plan.kd) * e * e
-        if plan.mu > 0.0:
+        twice += (plan.proportional_gain + plan.slope * plan.derivative_gain) * e * e
+        if plan.adaptation_rate > 0.0:
             error = state.reference_torque[i, a] - state.rho_hat[i, a]
-            twice += error * error / plan.mu
+            twice += error * error / plan.adaptation_rate
     return 0.5 * twice
 
 
@@ -108,10 +108,10 @@ def _moved_reference(i: int, plan: Plan, state: State) -> float:
         for b in range(p):
             other = state.v_d[i, b] - state.v_d_before[i, b]
             moved += halfway * state.mass_matrix[i, a * p + b] * other
-        if plan.mu > 0.0:
+        if plan.adaptation_rate > 0.0:
             now = state.reference_torque[i, a] - state.rho_hat[i, a]
             before = state.reference_torque_before[i, a] - state.rho_hat[i, a]
-            moved += 0.5 * (now * now - before * before) / plan.mu
+            moved += 0.5 * (now * now - before * before) / plan.adaptation_rate
     return moved
 
 
@@ -124,24 +124,24 @@ def _forecast(i: int, plan: Plan, state: State, first: bool) -> None:
     for a in range(p):
         signs[a] = _sliding(i, a, plan, state) / plan.boundary_layer
     smooth_signs(signs, plan.smoothing)
+    k_p, k_d = plan.proportional_gain, plan.derivative_gain
+    k, mu = plan.switching_gain, plan.adaptation_rate
     for cause in range(pending.shape[0]):
         pending[cause] = 0.0
     for a in range(p):
         e, e_dot = state.q_d[i, a] - state.q[i, a], state.v_d[i, a] - state.v[i, a]
         s = _sliding(i, a, plan, state)
         error = state.reference_torque[i, a] - state.rho_hat[i, a]
-        ideal = state.rho_hat[i, a] + plan.kp * e + plan.kd * e_dot + plan.k * signs[a]
+        ideal = state.rho_hat[i, a] + k_p * e + k_d * e_dot + k * signs[a]
         held = state.q_d_rate[i, a] - state.v_d[i, a]
-        pending[DISSIPATION] -= dt * (
-            plan.kd * e_dot * e_dot + plan.slope * plan.kp * e * e + plan.k * s * signs[a]
-        )
+        pending[DISSIPATION] -= dt * (k_d * e_dot * e_dot + plan.slope * k_p * e * e + k * s * signs[a])
         pending[EXTERNAL] -= dt * s * state.external_force[i, a]
         pending[NOISE] -= dt * s * (state.tau[i, a] - ideal)
         pending[SATURATION] -= dt * s * (state.force[i, a] - state.tau[i, a])
-        pending[ANTI_WINDUP] += dt * (plan.kp + plan.slope * plan.kd) * e * held
-        if plan.mu > 0.0:
+        pending[ANTI_WINDUP] += dt * (k_p + plan.slope * k_d) * e * held
+        if plan.adaptation_rate > 0.0:
             pending[NOISE] -= dt * error * (state.s[i, a] - s)
-            pending[ANTI_WINDUP] += dt * error * (state.s[i, a] - state.rho_hat_rate[i, a] / plan.mu)
+            pending[ANTI_WINDUP] += dt * error * (state.s[i, a] - state.rho_hat_rate[i, a] / mu)
         else:
             pending[REFERENCE] += dt * s * error
         for b in range(p):

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.optimize import linprog
 
-from escort_mj.control.nsb import AVOID_OBSTACLES, avoidance_of
+from escort_mj.control.nsb import avoidance_of
 from escort_mj.control.outer_loops.constraints import MOST, find_constraints
 from escort_mj.control.outer_loops.nearest_velocity import STIFFNESS
 from escort_mj.control.outer_loops.passing import Rules
@@ -31,7 +31,7 @@ def _finder(axes: int) -> Any:
         plan, state = unpack_plan(plan_at, axes), unpack_state(plan_at, state_at, axes)
         rules = Rules(rate, braking, 0.0, 1.0, distance, radius)
         for level in range(plan.level_behavior.shape[0]):
-            if plan.level_behavior[level] == AVOID_OBSTACLES:
+            if plan.level_avoids[level] != 0.0:
                 avoid = avoidance_of(level, plan)
                 return find_constraints(
                     robot, speed, beside, level, avoid, rules, plan, state, rows, bounds, rest[0], rest[1]

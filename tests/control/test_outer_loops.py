@@ -1,7 +1,6 @@
 """The baselines of the outer loop: the filter's quadratic program, and the fields' repulsion."""
 
 import math
-from collections import namedtuple
 from dataclasses import replace
 
 import numpy as np
@@ -9,7 +8,9 @@ import pytest
 
 import tests.oracle.set_based  # noqa: F401 (registers its velocities)
 from escort_mj.behaviors import AvoidObstacles, Surface
+from escort_mj.behaviors.robots import robots_at
 from escort_mj.components.parameters import UNLIMITED
+from escort_mj.control.nsb import avoidance_of
 from escort_mj.control.outer_loops import OUTER_LOOPS, OuterLoop, PotentialField
 from escort_mj.control.outer_loops.constraints import MOST
 from escort_mj.control.outer_loops.nearest_velocity import (
@@ -22,11 +23,16 @@ from escort_mj.control.outer_loops.passing import Rules, approach
 from escort_mj.control.outer_loops.potential_field import repulsion
 from escort_mj.control.setup import Setup
 from escort_mj.laws import ApdSmc
+from escort_mj.memory.layout import unpack_plan, unpack_state
 from escort_mj.metrics.causes import least_change
 from escort_mj.mission import fly
 from escort_mj.native.compiler.declarations import jitted
+from escort_mj.native.lanes import WIDTH, store
+from escort_mj.native.vectors import set_rows
 from escort_mj.scenario.schema.scenario import Scenario
 from escort_mj.sensing.sensors import Sensors
+from escort_mj.standalone.lost import who_may_be_lost
+from tests.control.twins import Kernel, vector
 from tests.oracle.constraints import constraints_of
 from tests.oracle.failure import KnownRobots
 from tests.oracle.nearest_velocity import broken_least, contradicting, kept_limit, nearest
@@ -77,14 +83,6 @@ def crowd(axes: int, seed: int) -> tuple[Setup, AvoidObstacles, np.ndarray, np.n
     return setup, avoid, q, v, rng.random(n) < 0.2
 
 
-Numbers = namedtuple("Numbers", AvoidObstacles.numbers())
-
-
-def numbers_of(setup: Setup, avoid: AvoidObstacles) -> Numbers:
-    """The behavior's parameters as kernels see them."""
-    return Numbers(**avoid.packed(setup))
-
-
 @jitted
 def move(rows, bounds, v):
     if rows.shape[1] == 2 or rows.shape[1] == 3:
@@ -104,18 +102,31 @@ def give_way(rows, bounds, gaps, near, most, v):
         break_least(rows, bounds, gaps, rows.shape[0], near, most, v)
 
 
-@jitted
-def repel_all(q, lost, position, radius, robot_radius, avoid, gain, least, direction, v, moved):
-    for i in range(q.shape[0]):
-        moved[i] = repulsion(i, q, lost, position, radius, robot_radius, avoid, gain, least, direction, v[i])
+def _repeller(axes):
+    @jitted
+    def repel_all(plan_at, state_at, gain, least_distance):
+        plan, state = unpack_plan(plan_at, axes), unpack_state(plan_at, state_at, axes)
+        for i in range(0, state.q.shape[0], WIDTH):
+            r = robots_at(i, plan, state)
+            push, moved = repulsion(avoidance_of(0, plan), gain, least_distance, r)
+            set_rows(state.v_d, i, push)
+            store(state.avoidance_active, i, moved)
+
+    return repel_all
 
 
-def by_kernel(field, setup, avoid, nominal, q, lost):
-    v, moved = nominal.copy(), np.zeros(len(q))
-    bodies = (setup.obstacle_position, setup.obstacle_radius, setup.robot_radius, numbers_of(setup, avoid))
-    numbers = field.gain, field.least_distance
-    repel_all(q, lost.astype(float), *bodies, *numbers, np.zeros(q.shape[1]), v, moved)
-    return v, moved != 0.0
+REPELLERS = {axes: _repeller(axes) for axes in (2, 3)}
+
+
+def by_kernel(field, setup, avoid, q, lost):
+    """What a field adds to each robot's velocity, and whose."""
+    setup = replace(setup, behaviors=(avoid, Surface()), target=vector(*[0.0] * setup.axes))
+    kernel = Kernel(replace(setup, failures=who_may_be_lost(setup)))
+    kernel.state.q_measured[:], kernel.state.lost[:] = q, lost
+    kernel.state.obstacle_position[:] = setup.obstacle_position
+    addresses = kernel.packed.ctypes.data, kernel.memory.ctypes.data
+    REPELLERS[setup.axes](*addresses, field.gain, field.least_distance)
+    return kernel.state.v_d.copy(), kernel.state.avoidance_active != 0.0
 
 
 def situation(setup, q, lost, v=None):
@@ -304,12 +315,12 @@ def test_contradictions_end_in_the_least_violation() -> None:
 @pytest.mark.parametrize("axes", [2, 3])
 def test_repulsion_is_khatibs(axes: int) -> None:
     for seed in range(100):
-        setup, avoid, q, nominal, lost = crowd(axes, seed)
+        setup, avoid, q, _, lost = crowd(axes, seed)
         field = PotentialField(gain=0.7, least_distance=0.15)
-        v, repelled = by_kernel(field, setup, avoid, nominal, q, lost)
+        v, repelled = by_kernel(field, setup, avoid, q, lost)
         push, near = repulsions(field, avoid, situation(setup, q, lost))
         np.testing.assert_array_equal(repelled, near)
-        np.testing.assert_allclose(v, nominal + push, rtol=0.0, atol=1e-10 * max(1.0, np.abs(push).max()))
+        np.testing.assert_allclose(v, push, rtol=0.0, atol=1e-10 * max(1.0, np.abs(push).max()))
 
 
 def test_repulsion_is_the_gradient_of_its_potential() -> None:
@@ -320,6 +331,7 @@ def test_repulsion_is_the_gradient_of_its_potential() -> None:
         obstacle_position=np.array([[0.2, -0.1, 0.4]]),
         obstacle_radius=np.array([0.3]),
         robot_radius=np.array([0.2]),
+        force_limit=np.array([math.inf]),
     )
     avoid, field = AvoidObstacles(safe_distance=1.5, measure="surface"), PotentialField(gain=0.4)
 
@@ -328,7 +340,7 @@ def test_repulsion_is_the_gradient_of_its_potential() -> None:
         return 0.2 * (1.0 / d - 1.0 / 1.5) ** 2 if d < 1.5 else 0.0
 
     for q in np.array([[1.0, 0.5, 0.9], [1.2, -0.4, 0.0], [3.0, 0.0, 0.0]]):
-        push, repelled = by_kernel(field, setup, avoid, np.zeros((1, 3)), q[None], np.array([False]))
+        push, repelled = by_kernel(field, setup, avoid, q[None], np.array([False]))
         steps = 1e-6 * np.eye(3)
         gradient = [(potential(q + step) - potential(q - step)) / 2e-6 for step in steps]
         np.testing.assert_allclose(push[0], -np.array(gradient), rtol=1e-6, atol=1e-9)

@@ -48,7 +48,7 @@ def outer_loop(behaviors: tuple[Behavior, ...], now: Situation) -> tuple[Array, 
         if behavior.frame == "world":
             velocity = velocity + beside(behavior, now, _spent(parts, carried, place, now)).ravel()
             carried, place = projector @ carried, place + 1
-            if behavior.avoids:
+            if isinstance(behavior, AvoidObstacles):
                 avoiding = avoiding | is_active(behavior, now)
         else:
             carried, place = c_dot + projector @ (carried - c_dot), 0
@@ -105,7 +105,7 @@ def slowed(velocity: Array, max_speed: float) -> Array:
 
 def split(behaviors: tuple[Behavior, ...]) -> tuple[tuple[Behavior, ...], list[AvoidObstacles]]:
     """Return the behaviors that say where to go, and those that avoid obstacles."""
-    going = tuple(behavior for behavior in behaviors if not behavior.avoids)
+    going = tuple(behavior for behavior in behaviors if not isinstance(behavior, AvoidObstacles))
     return going, [behavior for behavior in behaviors if isinstance(behavior, AvoidObstacles)]
 
 

@@ -45,7 +45,7 @@ class Holder:
         self.lost = int(lost.sum())
         for i, number in enumerate(phase):
             stack = supervisor.stack(int(number))
-            gain = next((b.convergence for b in stack if not b.avoids and b.convergence > 0.0), np.inf)
+            gain = next((b.convergence for b in stack if b.convergence > 0.0), np.inf)
             for behavior in stack:
                 if isinstance(behavior, AvoidObstacles):
                     fired[i] |= intrusion(behavior, q, self.setup, lost, heard)[0][i] > 0.0

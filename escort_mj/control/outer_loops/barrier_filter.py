@@ -7,7 +7,7 @@ from typing import ClassVar, Literal
 from pydantic import PositiveFloat
 
 from escort_mj.components.parameters import UNLIMITED
-from escort_mj.control.nsb import AVOID_OBSTACLES, avoidance_of
+from escort_mj.control.nsb import avoidance_of
 from escort_mj.control.outer_loops.constraints import MOST, find_constraints
 from escort_mj.control.outer_loops.nearest_velocity import STIFFNESS, nearest_velocity
 from escort_mj.control.outer_loops.outer_loop import OuterLoop, runs_now, slow_down
@@ -47,7 +47,7 @@ class BarrierFilter(OuterLoop):
                 continue
             moved, v = False, state.v_d[robot]
             for level in range(first, first + levels):
-                if plan.level_behavior[level] == AVOID_OBSTACLES:
+                if plan.level_avoids[level] != 0.0:
                     avoid = avoidance_of(level, plan)
                     for k in range(p):
                         wanted[k] = v[k]

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from escort_mj.behaviors.behavior import Avoidance
 from escort_mj.components.obstacles import obstacle_speed, obstacles_seen
 from escort_mj.components.parameters import UNLIMITED
 from escort_mj.control.outer_loops.meeting import NEAR, find_meeting
@@ -38,8 +38,8 @@ SHARED = 0.5  # marks constraints by teammates with goals of their own
 
 @inlined
 def find_constraints(
-    robot: int, speed: float, beside: float, level: int, avoid: Any, rules: Rules, plan: Plan, state: State,
-    rows: Array, bounds: Array, shared: Array, gaps: Array,
+    robot: int, speed: float, beside: float, level: int, avoid: Avoidance, rules: Rules, plan: Plan,
+    state: State, rows: Array, bounds: Array, shared: Array, gaps: Array,
 ) -> int:  # fmt: skip
     """Find what a robot's velocity v has to satisfy, r . v >= b, for each body that it sees.
 
@@ -75,7 +75,7 @@ def find_constraints(
     direction, near = vector_at(memory, p), vector_at(memory + DOUBLE * p, NEAR)
     motion = vector_at(memory + DOUBLE * (p + NEAR), p)
     count = _add_limits(robot, speed, plan, state, rows, bounds, shared, gaps, direction, count)
-    own, to_surface, mates = plan.robot_radius[robot], float(avoid.measure), int(ALL)
+    own, to_surface, mates = plan.robot_radius[robot], avoid.to_surface, int(ALL)
     if plan.failure_start.shape[0] == 0:
         mates = 0
         if avoid.teammate_distance > 0.0:
@@ -124,7 +124,7 @@ def _add_limits(
         for k in range(p):
             direction[k] = state.limit_x[row + robot, k]
         length = make_unit(direction)
-        bound = state.limit_least[row + robot] / length if length > 0.0 else -UNLIMITED
+        bound = state.limit_rate[row + robot] / length if length > 0.0 else -UNLIMITED
         if bound >= -speed:
             count = _keep(direction, bound, 0.0, UNLIMITED, rows, bounds, shared, gaps, count)
     return count
@@ -165,7 +165,7 @@ def fastest_obstacle(state: State) -> float:
 
 @inlined
 def _consider(
-    robot: int, other: int, speed: float, beside: float, avoid: Any, rules: Rules, position: Array,
+    robot: int, other: int, speed: float, beside: float, avoid: Avoidance, rules: Rules, position: Array,
     direction: Array, motion: Array, plan: Plan, state: State, rows: Array, bounds: Array, shared: Array,
     gaps: Array, count: int,
 ) -> int:  # fmt: skip
@@ -179,7 +179,7 @@ def _consider(
     followed, teams = rules.target_radius > 0.0, plan.team_radius.shape[0] > 0
     heard = mate - n - 1 if mate > n else -1
     if heard >= 0:
-        mate, apart, covered = may_be(robot, heard, float(avoid.measure), plan, state, direction)
+        mate, apart, covered = may_be(robot, heard, avoid.to_surface, plan, state, direction)
         if mate < 0:
             return count
         reach = avoid.heard_distance + covered
@@ -187,7 +187,7 @@ def _consider(
         if rules.target_distance <= 0.0:
             return count
         reach = rules.target_distance
-        reach += float(avoid.measure) * (plan.robot_radius[robot] + rules.target_radius)
+        reach += avoid.to_surface * (plan.robot_radius[robot] + rules.target_radius)
         apart = _from_point(robot, q, target_place(robot, plan, state), direction)
     else:
         reach, _ = reach_of(robot, other, state.lost, plan.seen_radius, plan.robot_radius, avoid)

@@ -8,9 +8,10 @@ no more than twice the robot's speed, and a faster one finds the robot within tw
 from __future__ import annotations
 
 import math
-from typing import Annotated, Any
+from typing import Annotated
 
 from escort_mj.behaviors.avoid_obstacles import mate_within
+from escort_mj.behaviors.behavior import Avoidance
 from escort_mj.control.nsb import avoidance_of
 from escort_mj.control.outer_loops.passing import Rules, approach, horizon, horizon_lanes
 from escort_mj.knowledge.belief import target_speed
@@ -75,7 +76,7 @@ def bound_velocities(plan: Plan, state: State) -> None:
 
 @inlined
 def who_is_met(
-    i: int, level: int, alike: Lanes, own: Lanes, far: Lanes, avoid: Any, rules: Rules, plan: Plan,
+    i: int, level: int, alike: Lanes, own: Lanes, far: Lanes, avoid: Avoidance, rules: Rules, plan: Plan,
     state: State,
 ) -> Lanes:  # fmt: skip
     """Return 1 for those of robots i to i + 7 of a crowd that have to look at a teammate, else 0.
@@ -88,14 +89,14 @@ def who_is_met(
         alike: Speeds at which they could meet one that keeps to its half [m/s].
         own: How fast what they want is in the common frame [m/s].
         far: Margins at which it matters that the fastest teammate comes [m].
-        avoid: Parameters of avoid_obstacles.
+        avoid: What distances are kept.
         rules: How fast they may come nearer.
         plan: Gives radii.
         state: Gives measured positions and velocities, lists, and what robots want, `v_d`.
     """
     n, speeds = state.q.shape[0], stack_rows(4)
     within = avoid.teammate_distance + far
-    looks = there(n - i) & (within > empty_around(i, float(avoid.measure), state))
+    looks = there(n - i) & (within > empty_around(i, avoid.to_surface, state))
     if not any_of(looks):
         return everywhere(0.0)
     set_row(speeds, 0, alike)
@@ -113,8 +114,8 @@ def who_is_met(
 
 @inlined
 def _is_met(
-    robot: int, level: int, alike: float, own: float, within: float, avoid: Any, rules: Rules, plan: Plan,
-    state: State,
+    robot: int, level: int, alike: float, own: float, within: float, avoid: Avoidance, rules: Rules,
+    plan: Plan, state: State,
 ) -> bool:  # fmt: skip
     """Whether a teammate may bind what one robot wants, see `who_is_met`; none does that is not `within`."""
     lists, q, radius, wanted = seen_neighbors(state), state.q_measured, plan.robot_radius, state.v_d[robot]
@@ -136,8 +137,8 @@ def _is_met(
 
 @inlined
 def find_meeting(
-    robot: int, level: int, alike: float, ahead: float, motion: Array, avoid: Any, rules: Rules, plan: Plan,
-    state: State, found: Array,
+    robot: int, level: int, alike: float, ahead: float, motion: Array, avoid: Avoidance, rules: Rules,
+    plan: Plan, state: State, found: Array,
 ) -> int:  # fmt: skip
     """Find the teammates of a robot with a margin below the `horizon` of the speed at which they could meet.
 
@@ -148,7 +149,7 @@ def find_meeting(
         ahead: Speed at which it could go toward any, relative to `motion`; one that comes toward it adds its
             own [m/s].
         motion: Shape (p,) [m/s].
-        avoid: Parameters of avoid_obstacles.
+        avoid: What distances are kept.
         rules: How fast it may come nearer.
         plan: Gives radii.
         state: Gives measured positions and velocities, and lists.
@@ -157,7 +158,7 @@ def find_meeting(
     Returns:
         How many; `ALL` where there are more than `found` holds.
     """
-    own, to_surface = ahead + _apart_from(motion, state), float(avoid.measure)
+    own, to_surface = ahead + _apart_from(motion, state), avoid.to_surface
     fastest = state.pace_most[0]
     if fastest > own and state.pace_met.shape[0] > 0:
         if state.pace_level[0] != level:
@@ -178,12 +179,12 @@ def find_meeting(
 
 @inlined
 def _meets(
-    i: int, j: int, near: float, far: float, ahead: float, motion: Array, avoid: Any, rules: Rules,
+    i: int, j: int, near: float, far: float, ahead: float, motion: Array, avoid: Avoidance, rules: Rules,
     plan: Plan, state: State,
 ) -> bool:  # fmt: skip
     """Whether robot j matters to robot i: within `near` in any case, within `far` where it comes so fast."""
     safe, square, closing = avoid.teammate_distance, 0.0, 0.0
-    safe += float(avoid.measure) * (plan.robot_radius[i] + plan.robot_radius[j])
+    safe += avoid.to_surface * (plan.robot_radius[i] + plan.robot_radius[j])
     for k in range(state.q.shape[1]):
         way = state.q_measured[i, k] - state.q_measured[j, k]
         square += way * way
@@ -227,7 +228,7 @@ def _find_met(level: int, rate: float, braking: float, cone: float, plan: Plan, 
     """
     avoid, rules = avoidance_of(level, plan), Rules(rate, braking, cone, 1.0, 0.0, 0.0)
     n, p = state.q.shape
-    to_surface, within = float(avoid.measure), stack_rows(1)
+    to_surface, within = avoid.to_surface, stack_rows(1)
     state.pace_level[0] = level
     for i in range(0, n, WIDTH):
         store(state.pace_met, i, everywhere(math.inf))
@@ -248,10 +249,10 @@ def _find_met(level: int, rate: float, braking: float, cone: float, plan: Plan, 
 
 
 @inlined
-def _note_met(j: int, within: float, avoid: Any, rules: Rules, plan: Plan, state: State) -> None:
+def _note_met(j: int, within: float, avoid: Avoidance, rules: Rules, plan: Plan, state: State) -> None:
     """Note which slower robots within a distance of robot j may be bound by it, and from which speed on."""
     n, p = state.q.shape
-    near, to_surface = vector_at(stack_memory(), NEAR), float(avoid.measure)
+    near, to_surface = vector_at(stack_memory(), NEAR), avoid.to_surface
     bodies, speed = to_surface * plan.robot_radius[j], _apart_from(state.v_measured[j], state)
     count = find_near(j, within + bodies, to_surface, plan.robot_radius, state, near)
     everyone = count == int(ALL)

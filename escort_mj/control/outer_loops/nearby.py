@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.behaviors.avoid_obstacles import POLAR
+from escort_mj.behaviors.behavior import Avoidance
 from escort_mj.native.kernels import inlined
 from escort_mj.numerics.vectors import make_unit
 
@@ -20,7 +21,7 @@ Array = NDArray[np.float64]
 
 @inlined
 def reach_of(
-    robot: int, other: int, lost: Array, obstacle_radius: Array, robot_radius: Array, avoid: Any
+    robot: int, other: int, lost: Array, obstacle_radius: Array, robot_radius: Array, avoid: Avoidance
 ) -> tuple[float, float]:
     """How near another body may come to a robot, and what part of it is bodies.
 
@@ -30,7 +31,7 @@ def reach_of(
         lost: 1 for robots that have failed, which are obstacles (remark 2), shape (n,).
         obstacle_radius: Shape (m,) [m].
         robot_radius: Shape (n,) [m].
-        avoid: Parameters of avoid_obstacles.
+        avoid: What distances are kept.
 
     Returns:
         Least distance of the centers, 0 for what is not avoided, and the part of it that does not count as
@@ -48,7 +49,7 @@ def reach_of(
             safe = max(safe, avoid.safe_distance)
         if mate == robot:
             safe = 0.0
-    bodies = float(avoid.measure) * (robot_radius[robot] + radius)
+    bodies = avoid.to_surface * (robot_radius[robot] + radius)
     return (safe + bodies if safe > 0.0 else 0.0), bodies
 
 

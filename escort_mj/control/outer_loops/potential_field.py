@@ -2,24 +2,21 @@
 
 from __future__ import annotations
 
-from typing import Any, ClassVar, Literal
+from typing import ClassVar, Literal
 
-import numpy as np
-from numpy.typing import NDArray
 from pydantic import PositiveFloat
 
-from escort_mj.behaviors.robots import robots_at
-from escort_mj.components.obstacles import obstacles_seen
-from escort_mj.control.nsb import AVOID_OBSTACLES, avoidance_of, set_velocities, task_of
-from escort_mj.control.outer_loops.nearby import bearing, reach_of
-from escort_mj.control.outer_loops.outer_loop import OuterLoop, runs_now, slow_down
+from escort_mj.behaviors.behavior import Avoidance
+from escort_mj.behaviors.bodies import Body, obstacle_body, teammate_body
+from escort_mj.behaviors.robots import Robots, robots_at
+from escort_mj.behaviors.task import leave
+from escort_mj.control.nsb import avoidance_of, enforce, set_velocities, task_of
+from escort_mj.control.outer_loops.outer_loop import OuterLoop
 from escort_mj.knowledge.teammates import may_be, places_of
-from escort_mj.native.fields import Array
 from escort_mj.native.kernels import inlined, stack_memory, vector_at
-from escort_mj.native.lanes import WIDTH, everywhere
+from escort_mj.native.lanes import WIDTH, Lanes, any_of, everywhere, greatest
+from escort_mj.native.vectors import Vec, dot, norm, unit_axis, where
 from escort_mj.plan import Plan, State
-
-Mask = NDArray[np.bool_]
 
 
 class PotentialField(OuterLoop):
@@ -42,103 +39,82 @@ class PotentialField(OuterLoop):
 
     def velocity_lanes(self, i: int, phase: int, plan: Plan, state: State) -> None:
         """The same for robots i to i + 7, compiled."""
-        (n, p), r = state.q.shape, robots_at(i, plan, state)
+        r, moving = robots_at(i, plan, state), 0.0
         first, levels = int(plan.phase_first[phase]), int(plan.phase_levels[phase])
-        moving = 0.0
         for level in range(first, first + levels):
             if plan.target_feedforward and plan.level_in_world[level] == 0.0:
                 moving = 1.0
-        total = moving * r.target_velocity
+        drift = r.target_velocity
+        total, repelled = moving * drift, everywhere(0.0)
         for level in range(first, first + levels):
-            if plan.level_avoids[level] == 0.0:
+            if plan.level_avoids[level] != 0.0:
+                push, near = repulsion(avoidance_of(level, plan), self.gain, self.least_distance, r)
+                total = total + push
+                repelled = greatest(repelled, near)
+            elif plan.level_limit_row[level] < 0.0:
                 total = total + task_of(level, r).velocity
-        set_velocities(phase, total, everywhere(0.0), r)
-        for robot in range(i, min(i + WIDTH, n)):
-            if not runs_now(robot, phase, plan, state):
-                continue
-            for level in range(first, first + levels):
-                if plan.level_behavior[level] == AVOID_OBSTACLES:
-                    avoid, direction = avoidance_of(level, plan), vector_at(stack_memory(), p)
-                    repelled = repulsion(
-                        robot, state.q_measured, state.lost, obstacles_seen(robot, plan, state),
-                        plan.seen_radius, plan.robot_radius, avoid, self.gain, self.least_distance, direction,
-                        state.v_d[robot],
-                    )  # fmt: skip
-                    if avoid.heard_distance > 0.0:
-                        near = repulsion_of_heard(
-                            robot, avoid, self.gain, self.least_distance, plan, state, direction,
-                            state.v_d[robot],
-                        )  # fmt: skip
-                        repelled = repelled or near
-                    state.avoidance_active[robot] = 1.0 if repelled else 0.0
-            slow_down(robot, plan, state)
+        for level in range(first + levels - 1, first - 1, -1):
+            if plan.level_limit_row[level] >= 0.0:
+                frame = (1.0 - plan.level_in_world[level]) * moving * drift
+                task = enforce(level, task_of(level, r), total, frame, r)
+                total = frame + task.velocity + leave(task, total - frame)
+        speed = norm(total)
+        total = where(speed > plan.max_speed, plan.max_speed / speed, 1.0) * total
+        set_velocities(phase, total, repelled, r)
 
 
 @inlined
-def repulsion(
-    robot: int,
-    q: Array,
-    lost: Array,
-    obstacle_position: Array,
-    obstacle_radius: Array,
-    robot_radius: Array,
-    avoid: Any,
-    gain: float,
-    least_distance: float,
-    direction: Array,
-    total: Array,
-) -> bool:
-    """Adds to a velocity what obstacles and teammates add to it (Khatib 1986, eq. 16).
+def repulsion(avoid: Avoidance, gain: float, least_distance: float, r: Robots) -> tuple[Vec, Lanes]:
+    """Return what obstacles and teammates add to velocities, and 1 where they do (Khatib 1986, eq. 16).
 
     Args:
-        robot: Which robot, from 0.
-        q: Measured positions, shape (n, p) [m].
-        lost: 1 for robots that have failed, shape (n,).
-        obstacle_position: Centers, shape (m, p) [m].
-        obstacle_radius: Shape (m,) [m].
-        robot_radius: Shape (n,) [m].
-        avoid: Parameters of avoid_obstacles.
+        avoid: What distances are kept.
         gain: Of the repulsion [m^4/s].
         least_distance: Below which it grows no further [m].
-        direction: Scratch, shape (p,).
-        total: The velocity, shape (p,) [m/s]; changed in place.
-
-    Returns:
-        Whether anything repels.
+        r: The robots.
     """
-    repelled = False
-    for other in range(obstacle_radius.shape[0] + robot_radius.shape[0]):
-        reach, bodies = reach_of(robot, other, lost, obstacle_radius, robot_radius, avoid)
-        if reach == 0.0:
-            continue
-        apart = bearing(robot, other, q, obstacle_position, direction)
-        if apart < reach:
-            _repel(apart - bodies, reach - bodies, gain, least_distance, direction, total)
-            repelled = True
-    return repelled
+    total, repelled = 0.0 * r.q, everywhere(0.0)
+    for j in range(r.obstacles):
+        total, repelled = _repel(obstacle_body(avoid, j, r), gain, least_distance, total, repelled)
+    for j in range(r.state.q.shape[0]):
+        body = teammate_body(avoid, j, r)
+        if body.safe > 0.0:
+            total, repelled = _repel(body, gain, least_distance, total, repelled)
+    if avoid.heard_distance > 0.0:
+        push = _push_of_heard(avoid, gain, least_distance, r)
+        total = total + push
+        repelled = where(dot(push, push) > 0.0, 1.0, repelled)
+    return total, repelled
 
 
 @inlined
-def repulsion_of_heard(
-    robot: int, avoid: Any, gain: float, least_distance: float, plan: Plan, state: State, direction: Array,
-    total: Array,
-) -> bool:  # fmt: skip
-    """Adds to a velocity what teammates add to it that a robot hears; the rest is as of `repulsion`."""
-    repelled = False
-    for place in range(places_of(state)):
-        mate, apart, bodies = may_be(robot, place, float(avoid.measure), plan, state, direction)
-        if mate >= 0 and apart < avoid.heard_distance + bodies:
-            _repel(apart - bodies, avoid.heard_distance, gain, least_distance, direction, total)
-            repelled = True
-    return repelled
+def _repel(body: Body, gain: float, least_distance: float, total: Vec, repelled: Lanes) -> tuple[Vec, Lanes]:
+    """Add the push of one body to velocities, and to who is pushed."""
+    apart = norm(body.x)
+    near = body.counts & (apart < body.reach)
+    if any_of(near):
+        away = where(apart > 0.0, body.x / apart, unit_axis(body.x, 0))
+        distance = greatest(apart - body.covered, least_distance)
+        speed = gain * greatest(1.0 / distance - 1.0 / body.safe, 0.0) / (distance * distance)
+        total = total + where(near, speed, 0.0) * away
+        repelled = where(near, 1.0, repelled)
+    return total, repelled
 
 
 @inlined
-def _repel(
-    gap: float, safe: float, gain: float, least_distance: float, direction: Array, total: Array
-) -> None:
-    """Adds the push of one body to a velocity."""
-    distance = max(gap, least_distance)
-    speed = gain * max(1.0 / distance - 1.0 / safe, 0.0) / (distance * distance)
-    for k in range(total.shape[0]):
-        total[k] += speed * direction[k]
+def _push_of_heard(avoid: Avoidance, gain: float, least_distance: float, r: Robots) -> Vec:
+    """Return what teammates add to velocities that robots hear; arguments are those of `repulsion`."""
+    p, safe = r.state.q.shape[1], avoid.heard_distance
+    away = vector_at(stack_memory(), p)
+    for robot in range(r.i, min(r.i + WIDTH, r.state.q.shape[0])):
+        push = r.state.wished_direction[robot]
+        for k in range(p):
+            push[k] = 0.0
+        for place in range(places_of(r.state)):
+            mate, apart, covered = may_be(robot, place, avoid.to_surface, r.plan, r.state, away)
+            if mate >= 0 and apart < safe + covered:
+                distance = max(apart - covered, least_distance)
+                speed = gain * max(1.0 / distance - 1.0 / safe, 0.0) / (distance * distance)
+                for k in range(p):
+                    push[k] += speed * away[k]
+    return r.at(r.state.wished_direction, 0)

@@ -9,10 +9,11 @@ import numpy as np
 from pydantic import NonNegativeFloat, PositiveFloat
 
 from escort_mj.behaviors import AvoidObstacles
+from escort_mj.behaviors.behavior import Avoidance
 from escort_mj.components.obstacles import obstacle_places
 from escort_mj.components.parameters import UNLIMITED
 from escort_mj.components.setup import MissionSetup
-from escort_mj.control.nsb import AVOID_OBSTACLES, avoidance_of, ruled
+from escort_mj.control.nsb import avoidance_of, ruled
 from escort_mj.control.outer_loops.constraints import (
     MOST,
     fastest_obstacle,
@@ -146,7 +147,7 @@ class SetBased(OuterLoop):
         n = state.q.shape[0]
         rules = Rules(self.rate, self.braking, self.activation, 1.0, self.target_distance, self.target_radius)
         for level in range(first, first + levels):
-            if plan.level_behavior[level] != AVOID_OBSTACLES:
+            if plan.level_avoids[level] == 0.0:
                 continue
             avoid = avoidance_of(level, plan)
             busy = _may_bind(i, level, avoid, rules, plan, state) + abs(load(state.detour, i))
@@ -162,12 +163,12 @@ class SetBased(OuterLoop):
 
 
 @inlined
-def _may_bind(i: int, level: int, avoid: Any, rules: Rules, plan: Plan, state: State) -> Lanes:
+def _may_bind(i: int, level: int, avoid: Avoidance, rules: Rules, plan: Plan, state: State) -> Lanes:
     """Return 1 for those of robots i to i + 7 that something is near enough to that it may bind, else 0.
 
     As near as the speeds of both need, by the inverse of `approach`.
     """
-    own, to_surface = load(plan.robot_radius, i), float(avoid.measure)
+    own, to_surface = load(plan.robot_radius, i), avoid.to_surface
     here, wanted = rows_at(state, state.q_measured, i), rows_at(state, state.v_d, i)
     drift, to_target = target_velocity_of(i, plan, state), here - target_of(i, plan, state)
     speed, relative, pace, most = norm(wanted), norm(wanted - drift), norm(drift), plan.max_speed
@@ -226,14 +227,14 @@ def _limits_bind(i: int, level: int, speed: Lanes, plan: Plan, state: State) -> 
             row = int(plan.level_limit_row[each])
             if row >= 0:
                 length = norm(rows_at(state, state.limit_x, row + i))
-                binds = load(state.limit_least, row + i) >= -speed * length
+                binds = load(state.limit_rate, row + i) >= -speed * length
                 found = where(binds, 1.0, found)
     return found
 
 
 @inlined
 def _mates_near(
-    i: int, exactly: bool, here: Vec, wanted: Vec, speed: Lanes, alike: Lanes, far: Lanes, avoid: Any,
+    i: int, exactly: bool, here: Vec, wanted: Vec, speed: Lanes, alike: Lanes, far: Lanes, avoid: Avoidance,
     rules: Rules, plan: Plan, state: State,
 ) -> Lanes:  # fmt: skip
     """Return 1 for those of robots i to i + 7 that a teammate is near enough to that it may bind, else 0.
@@ -246,12 +247,12 @@ def _mates_near(
         speed: How fast that is [m/s].
         alike: Speed at which each could meet one that keeps to its half [m/s].
         far: Margin at which the largest speed matters [m].
-        avoid: Parameters of avoid_obstacles.
+        avoid: What distances are kept.
         rules: How fast robots may come nearer.
         plan: Gives radii.
         state: Gives measured positions and velocities, and who has failed.
     """
-    own, to_surface, found = load(plan.robot_radius, i), float(avoid.measure), everywhere(0.0)
+    own, to_surface, found = load(plan.robot_radius, i), avoid.to_surface, everywhere(0.0)
     failing = plan.failure_start.shape[0] > 0
     for j in range(state.q.shape[0]):
         safe, ahead, nearer = avoid.teammate_distance, far, 1.0
@@ -277,7 +278,7 @@ def _keep_clear(
     patience: float,
     turn_back: float,
     level: int,
-    avoid: Any,
+    avoid: Avoidance,
     rules: Rules,
     plan: Plan,
     state: State,
