@@ -1,6 +1,6 @@
 """What plugins are made of (docs/plugins.md): base classes, and what their methods see and return."""
 
-from escort_mj.behaviors.behavior import Behavior
+from escort_mj.behaviors.behavior import Avoidance, Behavior
 from escort_mj.behaviors.robots import Robots
 from escort_mj.behaviors.task import Inequality, Task, across, at_least, both, keep, keep_distance, move, only
 from escort_mj.components.equations import Memory
@@ -28,6 +28,7 @@ __all__ = [
     "RANGE",
     "RESTS",
     "VELOCITY",
+    "Avoidance",
     "Behavior",
     "Disturbance",
     "Estimator",

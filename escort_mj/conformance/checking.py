@@ -15,12 +15,14 @@ from escort_mj.conformance.estimators import check_estimator
 from escort_mj.conformance.kinds import check_kind
 from escort_mj.conformance.laws import check_law
 from escort_mj.conformance.missions import check_missions
+from escort_mj.conformance.outer_loops import check_outer_loop
 from escort_mj.conformance.parameters import check_parameters
 from escort_mj.conformance.policies import check_policy
 from escort_mj.conformance.radios import check_radio
 from escort_mj.conformance.records import check_expectation, try_metric
 from escort_mj.conformance.sensors import check_sensor
 from escort_mj.conformance.stand import BrokenError, CheckResult
+from escort_mj.control.outer_loops import OuterLoop
 from escort_mj.disturbances import Disturbance
 from escort_mj.errors import EscortError
 from escort_mj.estimators import Estimator
@@ -41,6 +43,7 @@ CHECKS: dict[type[Any], tuple[Checks, ...]] = {
     Behavior: (check_parameters, check_behavior, check_missions),
     Policy: (check_parameters, check_policy, check_missions),
     Estimator: (check_parameters, check_estimator, check_missions),
+    OuterLoop: (check_parameters, check_outer_loop, check_missions),
     Radio: (check_parameters, check_radio, check_missions),
     Disturbance: (check_parameters, check_disturbance, check_missions),
     Sensor: (check_parameters, check_sensor, check_missions),

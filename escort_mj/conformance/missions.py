@@ -6,7 +6,8 @@ from collections.abc import Iterator
 from typing import Any
 
 from escort_mj.behaviors.behavior import Behavior
-from escort_mj.conformance.stand import CheckResult, heard_over, measured_by, seen_and_heard, trying
+from escort_mj.conformance.stand import CheckResult, heard_over, measured_by, seen_and_heard, table_of, trying
+from escort_mj.control.outer_loops import OuterLoop
 from escort_mj.disturbances import Disturbance
 from escort_mj.estimators import Estimator
 from escort_mj.laws.law import Law
@@ -63,25 +64,26 @@ def mission_with(member: type[Any], kind: type[Scenario], axes: int) -> Scenario
         "obstacles": ({"position": (4.0,) + (0.5,) * (axes - 1), "radius": 0.4},),
         "sensing": {"position": {"noise": 0.01}},
     }
+    own = table_of(member, axes)
     if issubclass(member, Law):
-        table["controller"] = {"law": member.model_fields["law"].default}
+        table["controller"] = own
     elif issubclass(member, Behavior):
-        name = member.model_fields["behavior"].default
-        table["mission"] = {"behaviors": ("avoid_obstacles", name, "surface")}
+        table["mission"] = {"behaviors": ("avoid_obstacles", own, "surface")}
+    elif issubclass(member, OuterLoop):
+        table["mission"] = {"outer": own}
     elif issubclass(member, Policy):
-        target = {"position": (0.0,) * axes, "policy": member.model_fields["policy"].default}
-        table["target"] = target
+        table["target"] = {"position": (0.0,) * axes, "policy": own}
     elif issubclass(member, Estimator):
-        table |= seen_and_heard(member.model_fields["estimator"].default, member.needs[0])
+        table |= seen_and_heard(own, member.needs[0])
     elif issubclass(member, Radio):
-        table |= heard_over(member.model_fields["radio"].default)
+        table |= heard_over(own)
     elif issubclass(member, Disturbance):
-        table["uncertainty"] = {"disturbances": (member.model_fields["disturbance"].default,)}
+        table["uncertainty"] = {"disturbances": (own,)}
     elif issubclass(member, Sensor):
-        table["sensing"] = measured_by(member.model_fields["sensor"].default, member)
+        table["sensing"] = measured_by(own, member)
         table["robots"] = {"kind": "diff_drive" if axes == min(AXES) else "quadrotor"}
     elif issubclass(member, RobotKind):
-        table["robots"] = {"kind": member.model_fields["kind"].default, "force_limit": 100.0}
+        table["robots"] = {**own, "force_limit": 100.0}
     return kind.model_validate(table)
 
 

@@ -36,7 +36,11 @@ def check_calls(member: type[Component], kind: type[Scenario]) -> Iterator[Check
     plain = other_form(member)
     finite, same, apart, touched = True, True, 0.0, False
     for stand in stands(member, kind):
-        twin = Stand(plain(), kind, *stand.state.q.shape) if plain is not None else None
+        twin = (
+            Stand(plain.model_validate(stand.own.model_dump()), kind, *stand.state.q.shape)
+            if plain is not None
+            else None
+        )
         random = np.random.default_rng(SEED)
         for draw in range(DRAWS):
             stand.fill(random)

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from escort_mj.behaviors.behavior import Behavior
 from escort_mj.components.component import Component
+from escort_mj.components.parameters import kind_of
 from escort_mj.control.custom import native
 from escort_mj.disturbances import Disturbance
 from escort_mj.estimators import Estimator
@@ -255,7 +256,15 @@ def stands(member: type[Component], kind: type[Scenario]) -> Iterator[Stand]:
     """A stand of each size; bodies with a policy move in two or three axes."""
     for robots, axes in SIZES:
         if axes <= IN_SPACE or not issubclass(member, Policy):
-            yield Stand(member.model_validate({}), kind, robots, axes)
+            yield Stand(member.model_validate(table_of(member, axes)), kind, robots, axes)
+
+
+def table_of(member: type[Any], axes: int) -> dict[str, Any]:
+    """The table of a member as a scenario gives it: its name, and its vectors, which fit so many axes."""
+    key = kind_of(member)
+    vectors = member.vectors() if issubclass(member, Component) else ()
+    vector = tuple(1.0 / (1.0 + axis) for axis in range(axes))
+    return {key: member.model_fields[key].default, **dict.fromkeys(vectors, vector)}
 
 
 def other_form(member: type[Component]) -> type[Component] | None:

@@ -1,13 +1,19 @@
-"""A half-space that robots never enter: in both outer loops, in plane and space, without chatter."""
+"""A half-space that robots never enter: in all outer loops, in plane and space, without chatter."""
+
+import inspect
+import re
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 import escort_mj
 from escort_mj import Run, ScenarioError, load_scenario
+from escort_mj.behaviors.boundary import Boundary
 
 EDGE = 3.2  # m along the first axis; the team's sphere around the target goes beyond it
 EXACT = {"sensing": {}, "uncertainty": {}}
+BORDER = {"behavior": "border", "normal": [-1.0, 0.0]}
 
 
 def flown(name: str, outer: str, boundary: bool, changes: dict, overrides: tuple[str, ...] = ()) -> Run:
@@ -20,7 +26,7 @@ def flown(name: str, outer: str, boundary: bool, changes: dict, overrides: tuple
     return escort_mj.run(scenario.replace({"mission.behaviors": behaviors, **changes}))
 
 
-@pytest.mark.parametrize("outer", ["nsb", "set_based"])
+@pytest.mark.parametrize("outer", ["nsb", "set_based", "barrier_filter", "potential_field"])
 @pytest.mark.parametrize("name", ["main", "main_3d"])
 @pytest.mark.parametrize("changes", [{}, EXACT], ids=["noise", "exact"])
 def test_robots_stay_on_their_side(compiled: None, name: str, outer: str, changes: dict) -> None:
@@ -52,6 +58,49 @@ def test_a_boundary_above_is_kept_before_what_is_below(compiled: None) -> None:
     q, v = run.trace["q"].values, run.trace["v_d"].values
     speed = 2.0 * (EDGE - 0.1 - run.scenario.robots.radius - q[..., 0])
     assert (v[..., 0] <= speed + 1e-9).all()
+
+
+@pytest.mark.parametrize("outer", ["nsb", "potential_field"])
+def test_its_wish_is_what_took_the_place_of_others(compiled: None, outer: str) -> None:
+    """Inside its bound a robot is held, too: that is recorded, and it is 2 h along the normal."""
+    trace = flown("main", outer, True, EXACT).trace
+    place = trace["behavior"].values.tolist().index("boundary")
+    wish, along = trace["task_wish"].values[..., place], trace["v_d"].values[..., 0]
+    h = EDGE - 0.1 - trace["q"].values[..., 0] - load_scenario("main").robots.radius
+    held = wish > 0.0
+    assert held.sum() > 100 and (h[held] > 0.0).any() and not held.all()
+    np.testing.assert_allclose(wish[held], 2.0 * np.abs(h[held]), atol=1e-9)
+    np.testing.assert_allclose(along[held], 2.0 * h[held], atol=1e-9)
+    assert (along[~held & (h > 0.0)] <= 2.0 * h[~held & (h > 0.0)] + 1e-9).all()
+    assert (trace["task_error"].values[..., place][h > 1e-6] == 0.0).all()
+
+
+def test_its_text_is_a_plugin_with_the_same_bits(compiled: None, tmp_path: Path) -> None:
+    ours = Path(inspect.getfile(Boundary)).read_text()
+    text = re.sub(r"from escort_mj\.[a-z_.]+ import", "from escort_mj.plugins import", ours)
+    text = text.replace('"boundary"', '"border"').replace("class Boundary", "class Border")
+    text = text.replace("    limits:", "    compiled: ClassVar[bool] = True\n    limits:")
+    (plugin := tmp_path / "border.py").write_text(text)
+    found = []
+    for name in ("boundary", "border"):
+        table = {"behavior": name, "point": [EDGE, 0.0], "normal": [-1.0, 0.0]}
+        keys = ["duration=3", "expect=[]", "mission.outer=set_based"]
+        scenario = load_scenario("main", keys, [str(plugin)])
+        run = escort_mj.run(scenario.replace({"mission.behaviors": [table, "vertices", "surface"]}))
+        found.append(run.trace["q"].values)
+    assert np.array_equal(*found) and found[0][..., 0].max() > EDGE - 0.5
+
+
+def test_a_vector_may_have_no_default_and_then_has_to_be_given(tmp_path: Path) -> None:
+    ours = Path(inspect.getfile(Boundary)).read_text().replace('"boundary"', '"border"')
+    (plugin := tmp_path / "border.py").write_text(ours.replace("point: Vector", "point: Vector = (9.0, 0.0)"))
+    scenario = load_scenario("main", [], [str(plugin)])
+    (made,) = scenario.replace({"mission.behaviors": [BORDER]}).mission.behaviors
+    assert made.point == (9.0, 0.0)
+    with pytest.raises(ScenarioError, match=r"mission\.behaviors\[0\]\.normal: is missing"):
+        scenario.replace({"mission.behaviors": ["border"]})
+    with pytest.raises(ScenarioError, match=r"mission\.behaviors\[0\]\.point: found 2 numbers; expected 3"):
+        load_scenario("main_3d", {"mission.behaviors": [BORDER | {"normal": [1.0, 0.0, 0.0]}]}, [str(plugin)])
 
 
 def test_its_vectors_have_a_number_for_each_axis() -> None:

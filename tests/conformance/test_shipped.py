@@ -11,6 +11,7 @@ from escort_mj.conformance.checking import CHECKS, Checks
 from escort_mj.conformance.missions import check_missions
 from escort_mj.conformance.repeats import check_calls
 from escort_mj.conformance.stand import CheckResult
+from escort_mj.control.outer_loops import OUTER_LOOPS
 from escort_mj.disturbances import DISTURBANCES, Disturbance, Expressions
 from escort_mj.estimators import ESTIMATORS, Predict
 from escort_mj.expectations import EXPECTATIONS
@@ -37,7 +38,7 @@ def test_every_metric_is_what_a_plugins_has_to_be(compiled: None, metric: Metric
 
 
 SHIPPED: tuple[type[Any], ...] = (
-    *(*LAWS, *DISTURBANCES, *SENSORS, *RADIOS, *POLICIES, *ESTIMATORS),
+    *(*LAWS, *OUTER_LOOPS, *DISTURBANCES, *SENSORS, *RADIOS, *POLICIES, *ESTIMATORS),
     *KINDS,
 )
 NO_EQUATIONS = (Expressions, *(each for each in SENSORS if not each.equated()))  # the loop has these itself

@@ -8,7 +8,6 @@ from collections.abc import Callable
 from typing import Any, Literal, get_args, get_origin
 
 from pydantic import ValidationError
-from pydantic_core import PydanticUndefined
 
 from escort_mj.behaviors.behavior import Behavior
 from escort_mj.components.component import Compiled, Component
@@ -158,9 +157,10 @@ def check_name(model: type[Any], key: str, place: str) -> None:
 
 
 def check_defaults(model: type[Any], place: str) -> None:
-    """Every parameter has a default, so that the name alone will do in a scenario."""
+    """Every parameter but a vector, which fits some axes only, has a default: a name alone will do."""
+    vectors = model.vectors() if issubclass(model, Component) else []
     for name, field in model.model_fields.items():
-        if field.default is PydanticUndefined and field.default_factory is None:
+        if field.is_required() and name not in vectors:
             raise PluginError(f"{place}: the parameter {name} has no default")
 
 
