@@ -119,7 +119,7 @@ class Fleet:
             threads: How many step missions; None for one per core.
             side: Who is commanded.
             rival_reward: Weights of what is asked of opponents; None for those of `RivalReward`.
-            keep: Whether missions keep their samples, for `flight`.
+            keep: Whether missions keep their samples, for `flight`; else nothing judges their expectations.
 
         Raises:
             UsageError: If forces are to be commanded and there is no limit to scale them by, or opponents and
@@ -282,7 +282,7 @@ class Fleet:
 
     def _session(self, scenario: Scenario) -> Session:
         commanded = None if self._side == "opponents" else self._command
-        return Session(scenario, commanded, self._side != "robots", self._mark)
+        return Session(scenario, commanded, self._side != "robots", self._mark, judged=self._keep)
 
     def _enter(self, mission: int) -> None:
         """Take up a mission where it is."""
@@ -314,8 +314,8 @@ class Fleet:
                     marks.append((row, plant.mark()))
                     episodes.append(plant.fill(rows[row:last])[1])
                     plant.step(until - plant.steps)
-                several[k] = Taken(rows, np.vstack(episodes), marks)
-                self.senses.perceive(k, rows)
+                several[k] = Taken(rows, episodes[0] if len(episodes) == 1 else np.vstack(episodes), marks)
+                self.senses.perceive(k, rows if count > 1 else None)
             if self.rivals:
                 self.rivals[k].perceive()
 

@@ -353,15 +353,14 @@ def _distances(block: Array, sizes: Mapping[str, int]) -> Array:
     """
     place, target, lost = (block[:, columns(name, sizes)] for name in ("q", "target_position", "lost"))
     away = place.reshape(len(block), sizes["robot"], sizes["axis"]) - target[:, np.newaxis]
-    return np.where(lost > 0.0, 0.0, np.linalg.norm(away, axis=2))
+    return np.where(lost > 0.0, 0.0, np.sqrt((away * away).sum(axis=2)))
 
 
-def _limits(block: Array, sizes: Mapping[str, int], bound: float) -> Array:
-    """How far from the target robots may be in some samples, as the radius may grow, shape (k, n) [m]."""
-    limits = np.full((len(block), sizes["robot"]), bound)
+def _limits(block: Array, sizes: Mapping[str, int], bound: float) -> Array | float:
+    """How far from the target robots may be in some samples; where the radius may grow, shape (k, n) [m]."""
     if not sizes.get(RADII):
-        return limits
-    return np.maximum(limits, DIVERGED_BEYOND * block[:, columns("kept_radius", sizes)])
+        return bound
+    return np.maximum(bound, DIVERGED_BEYOND * block[:, columns("kept_radius", sizes)])
 
 
 def _far_away(block: Array, sizes: Mapping[str, int], bound: float) -> tuple[int, str] | None:

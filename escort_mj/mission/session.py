@@ -62,6 +62,7 @@ class Session:
         commanded: Commanded | None = None,
         opponents_commanded: bool = False,
         mark: NDArray[np.uint32] | None = None,
+        judged: bool = True,
     ) -> None:
         """Build the world; no step is taken yet.
 
@@ -70,8 +71,10 @@ class Session:
             commanded: What is commanded from outside instead of computed; None for nothing.
             opponents_commanded: Whether what opponents want is, too.
             mark: Tells missions whose snapshots suit it; None for the mark of the scenario.
+            judged: Whether expectations are judged.
         """
-        self.scenario, self.commanded, self._opponents = scenario, commanded, opponents_commanded
+        self.scenario, self.commanded = scenario, commanded
+        self._opponents, self._judged = opponents_commanded, judged
         self.outcome, self.message = Outcome.RUNNING, ""
         self.notes: list[str] = []
         self._settle(self._build(scenario))
@@ -83,9 +86,10 @@ class Session:
         self.wall, self.pressed = 0.0, False
 
     def _build(self, scenario: Scenario) -> World:
-        if self.commanded is None and not self._opponents:
+        if self.commanded is None and not self._opponents and self._judged:
             return build(scenario)
-        return build(Mission(scenario, outside=self.commanded, opponents_outside=self._opponents))
+        outside, opponents = self.commanded, self._opponents
+        return build(Mission(scenario, outside=outside, opponents_outside=opponents, judged=self._judged))
 
     def _plant(self, world: World) -> Plant:
         return Plant(world)

@@ -61,6 +61,7 @@ class Mission:
         outside: What is written from outside instead of computed, see `Setup`.
         opponents_outside: Whether what opponents want is written from outside, too.
         seen: What was seen of real robots; None for a simulation.
+        judged: Whether expectations are judged; if not, nothing is watched between samples.
     """
 
     scenario: Scenario
@@ -68,6 +69,7 @@ class Mission:
     outside: Literal["velocity", "force"] | None = None
     opponents_outside: bool = False
     seen: Seen | None = None
+    judged: bool = True
 
     @property
     def count(self) -> int:
@@ -127,7 +129,7 @@ class Mission:
     @cached_property
     def watches(self) -> tuple[Watch, ...]:
         """What expectations ask about every physics step; of a log, what its motion alone tells."""
-        asked = watches_of(self.scenario.expect)
+        asked = watches_of(self.scenario.expect) if self.judged else ()
         if self.seen is None:
             return asked
         return tuple(watch for watch in asked if PLAYED.issuperset(watch.course.signals))

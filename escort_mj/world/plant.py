@@ -215,14 +215,14 @@ class Plant:
                 words = " or ".join(map(place_in, self._called))
                 self._changed = native.PluginFailure(float(self.data.time), f"{words}: {changes[0]}")
             return filled
-        log, row = [np.zeros((0, EPISODE_SIZE))], 0
+        log, row = list[Array](), 0
         while row < len(rows) and not stopping.asked():
             taken = self.samples(len(rows) - row)
             rows[row : row + len(taken)] = taken
             row += len(taken)
             if self.has_ended:
                 log.append(self.ended())
-        return row, np.vstack(log)
+        return row, np.vstack(log) if log else np.zeros((0, EPISODE_SIZE))
 
     def mark(self) -> Mark:
         """All that stepping depends on and changes, to come `back_to`."""

@@ -29,6 +29,7 @@ class Watcher:
         bare = record(np.zeros((0, world.record_size)), world.sizes, labels_of(world.scenario, world))
         still = {name: one for name, one in bare.data_vars.items() if "time" not in one.dims}
         self._bare, self._watches = replace(bare, data_vars=still), world.mission.watches
+        self._sizes = bare.sizes
         self._places: dict[str, tuple[slice, tuple[str, ...], tuple[int, ...]]] = {}
         end = 1
         for name in world.asked:
@@ -49,13 +50,13 @@ class Watcher:
         whole = self._recorded(steps)
         views = {team: of_team(whole, team) if team else whole for team in {w.team for w in self._watches}}
         values: dict[tuple[str, str], Array] = {}
-        found = []
+        found: list[Folded] = []
         for watch in self._watches:
             key = watch.team, watch.course.name
             if key not in values:
                 values[key] = watch.course.values(views[watch.team], starts)
             found.append(fold(watch, views[watch.team], starts, values[key]))
-        return Folded(*(np.stack(each, axis=1) for each in zip(*found, strict=True)))
+        return Folded(*np.array(found).transpose(1, 2, 0))
 
     def _recorded(self, steps: Array) -> Recording:
         """The steps as a metric reads them."""
@@ -64,4 +65,6 @@ class Watcher:
             for name, (place, dims, shape) in self._places.items()
         }
         coords = {**self._bare.coords, "time": signals.pop("time")}
-        return replace(self._bare, coords=coords, data_vars={**self._bare.data_vars, **signals})
+        whole = Recording(self._bare.attrs, coords, {**self._bare.data_vars, **signals})
+        vars(whole)["sizes"] = {**self._sizes, "time": len(steps)}  # as it would find them, of all its arrays
+        return whole

@@ -343,3 +343,13 @@ def test_who_is_not_commanded_says_so() -> None:
         team.state  # noqa: B018
     with pytest.raises(UsageError, match=r"state: is now snapshot\(\)"):
         team.robot(1).state = {}
+
+
+def test_what_nobody_judges_is_not_watched_and_goes_as_it_would() -> None:
+    mission = escort_mj.load_scenario("main", {"duration": 1.0})
+    found = []
+    for keep in (False, True):
+        fleet = Fleet(mission, 3, threads=1, keep=keep)
+        found.append(step_fleet(fleet, WISH))
+        assert bool(fleet.missions[2].world.mission.watches) == keep
+    np.testing.assert_array_equal(*found)
