@@ -192,14 +192,38 @@ def compare(
         progress: As for `sweep`.
 
     Returns:
-        A table with one row per run: law, outer loop, seed, outcome, every quantity.
+        A table with one row per run: controller, outer loop, seed, outcome, every metric.
 
     Raises:
         UsageError: If there is no such law or outer loop, or if a folder contains other files.
         KeyboardInterrupt: On an interrupt; completed runs are kept, and the same call continues.
     """
+    from escort_mj.record.files import make_folder, write_text
+    from escort_mj.record.outcome import FINAL
+    from escort_mj.report.comparison import write_comparison
+    from escort_mj.scenario import dump_scenario
+    from escort_mj.study.compare.compare import comparison_of
+    from escort_mj.study.engine import backends
+    from escort_mj.study.sweeps.results import open_results
+    from escort_mj.study.sweeps.sweep import TABLE, sweep_design
+
+    mission = scenario if isinstance(scenario, Scenario) else load_scenario(scenario)
+    folder = Path(out) if out is not None else Path("renders") / "compare" / mission.name
+    file = (folder / "scenario.yaml").absolute()
     span = span_given(over, after, before)
-    return compared(None, scenario, laws, outer, seeds, out, workers, again, progress, span)
+    keys = comparison_of(mission, file, _names(laws), _names(outer), seeds, span)
+    make_folder(folder)
+    write_text(file, dump_scenario(mission))
+    design, _, count = _lay_out(keys, folder, workers)
+    with backends.local(count) as where, shown_progress("comparing", " runs", progress) as update:
+        done = sweep_design(design, folder, where, count, True, update, again)
+    results = open_results(folder)
+    with stopping.keeping(lambda: kept_words(folder)):
+        lines, written = write_comparison(results, folder)
+    lines.insert(0, f"{done.runs} runs: {done.made} new, {done.runs - done.made} from earlier")
+    stated = all(row.outcome in FINAL for row in results.rows.values())
+    read = _table_of(folder / TABLE)
+    return StudyResult(mission.name, folder, lines, [*written, TABLE], stated, done, read)
 
 
 def span_given(over: str | None, after: float | None, before: float | None) -> Span | None:
@@ -219,44 +243,6 @@ def span_given(over: str | None, after: float | None, before: float | None) -> S
     if over is not None:
         raise UsageError(f"over: found {over!r}; allowed are {' and '.join(OVERS)}")
     return Span(None, after or 0.0, before)
-
-
-def compared(
-    docs: Path | None,
-    scenario: Scenario | Source,
-    laws: Sequence[str],
-    outer: Sequence[str],
-    seeds: int,
-    out: str | os.PathLike[str] | None,
-    workers: int | None,
-    again: bool,
-    progress: ShowProgress,
-    over: Span | None = None,
-) -> StudyResult:
-    """`compare`, whose table also goes into a page of the docs, between its marks; None for no page."""
-    from escort_mj.report.comparison import draw_comparison
-    from escort_mj.study.compare.compare import compare_controllers
-
-    mission = scenario if isinstance(scenario, Scenario) else load_scenario(scenario)
-    folder = Path(out) if out is not None else Path("renders") / "compare" / mission.name
-    with (
-        stopping.keeping(lambda: kept_words(folder)),
-        shown_progress("comparing", " runs", progress) as update,
-    ):
-        found = compare_controllers(
-            mission,
-            folder,
-            draw_comparison,
-            _names(laws),
-            _names(outer),
-            seeds,
-            workers,
-            docs,
-            again,
-            update,
-            over,
-        )
-    return _of_findings(mission.name, folder, found, _table_of(folder / "table.csv"))
 
 
 @checked

@@ -35,10 +35,6 @@ OutOption = Annotated[
     Path | None, typer.Option(help="Folder for the results [default: renders/studies/NAME].")
 ]
 AgainOption = Annotated[bool, typer.Option("--again", help="Repeat runs that already exist.")]
-DocsOption = Annotated[
-    Path | None,
-    typer.Option(hidden=True, help="Page of the docs that also gets the table, between its marks."),
-]
 
 StudyArgument = Annotated[
     str,
@@ -130,10 +126,6 @@ def compare_command(
         Path | None, typer.Option(help="Folder for runs, figures and table [default: renders/compare/NAME].")
     ] = None,
     workers: WorkersOption = None,
-    docs: Annotated[
-        Path | None,
-        typer.Option(hidden=True, help="Also write the table into this Markdown page, between its marks."),
-    ] = None,
     again: AgainOption = False,
     as_json: JsonOption = False,
 ) -> None:
@@ -143,11 +135,20 @@ def compare_command(
     """
     from escort_mj.api import load_scenario, studies
 
-    span = studies.span_given(over, after, before)
     mission = load_scenario(scenario, overrides or (), plugins or ())
     with progress_bar("comparing", " runs") as progress:
-        result = studies.compared(
-            docs, mission, laws or (), outer or (), seeds, out, workers, again, progress or False, span
+        result = studies.compare(
+            mission,
+            laws or (),
+            outer or (),
+            seeds,
+            out,
+            over=over,
+            after=after,
+            before=before,
+            workers=workers,
+            again=again,
+            progress=progress or False,
         )
     _finish("compare", as_json, result, "table.json", GOOD if result.passed else BROKEN)
 

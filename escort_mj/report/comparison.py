@@ -1,10 +1,10 @@
-"""Laws and outer loops side by side: the figures of a comparison, drawn from its results and run folders."""
+"""Laws and outer loops side by side: tables and figures of a comparison, from the results of its study."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+import math
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -13,153 +13,327 @@ from matplotlib.ticker import MaxNLocator
 
 from escort_mj import palette
 from escort_mj.metrics.radius_error import radius_error
+from escort_mj.record.files import write_json, write_text
 from escort_mj.record.folder import read_run
-from escort_mj.record.window import Span
+from escort_mj.record.tables import aligned, latex
+from escort_mj.record.tables import markdown as markdown_rows
 from escort_mj.report.figures.drawing.curves import draw_curves, log_scale, running_rms, timeline
 from escort_mj.report.figures.drawing.scales import heading
 from escort_mj.report.figures.drawing.style import FAILED, figure
-from escort_mj.scenario import Scenario
-from escort_mj.study.compare.comparison import (
-    LAWS,
-    OUTERS,
-    QUANTITIES,
-    Combination,
-    Result,
-    quantities_over,
-    rows,
-    title_of,
-)
-from escort_mj.study.compare.comparison_table import subject
+from escort_mj.study.compare.compare import LAW, LAWS, LOOP, title_of
+from escort_mj.study.sweeps.quantities import COMPLETED, value_text
+from escort_mj.study.sweeps.results import Results
+from escort_mj.study.sweeps.statistics import LEVEL, Spread, counted
 
-DRAWN = (
+BRIEF = (
     "settling_time",
     "radius_error_mean",
     "true_error_rms",
     "true_error_max",
-    "velocity_error_rms",
-    "force_rms",
     "chattering",
     "obstacle_clearance_min",
-    "robot_clearance_min",
 )
+DRAWN = (*BRIEF, "velocity_error_rms", "force_rms", "robot_clearance_min")
 DASHES: tuple[Any, ...] = ("-", (0, (5, 1.5)), (0, (1.5, 1.2)))
 BAR = 0.19  # inches of height
 MILLI = 1000.0
 
 
-def _colors(laws: Iterable[str]) -> dict[str, palette.Color]:
-    """A color for each law: those that come with the package, and the plugins' after them."""
-    names = list(dict.fromkeys([*LAWS, *laws]))
-    return dict(zip(names, palette.robot_colors(len(names)), strict=True))
+def spread_text(spread: Spread, unit: str, share: bool = False) -> str:
+    """Mean, standard deviation, and how often never, for people; a share in percent."""
+    never = f"never in {spread.never} of {spread.known}" if spread.never else ""
+    if math.isnan(spread.mean):
+        return "never" if spread.never else "-"
+    small = unit in ("m", "m/s") and abs(spread.mean) < 1
+    scale = 100.0 if share else MILLI if small else 1.0
+    text = f"{100 * spread.mean:.3g} %" if share else value_text(spread.mean, unit)
+    if spread.known - spread.never > 1:
+        value, _, unit = text.partition(" ")
+        decimals = len(value.partition(".")[2])
+        text = f"{value} ± {scale * spread.deviation:.{decimals}f} {unit}".rstrip()
+    return f"{text}, {never}" if never else text
 
 
-def draw_comparison(
-    out: Path, scenario: Scenario, results: Sequence[Result], over: Span | None = None
-) -> list[Path]:
-    """Draw the figures of a comparison into `figures/` of its folder and return their files.
+class Comparison(NamedTuple):
+    """A comparison as text.
+
+    Attributes:
+        results: Of its study.
+        title: Of each combination: its law and its outer loop, in words.
+        outcome: How the runs of each ended.
+        columns: What each came to in each quantity; the best that tests tell is between `**`.
+        marked: What is bold, and why nothing is where no test can tell.
+    """
+
+    results: Results
+    title: list[tuple[str, str]]
+    outcome: list[str]
+    columns: dict[str, list[str]]
+    marked: str
+
+    @property
+    def subject(self) -> str:
+        """What is compared: laws, outer loops, or both."""
+        factors = self.results.factors
+        several = [
+            name for key, name in ((LAW, "laws"), (LOOP, "outer loops")) if len(factors[key].levels) > 1
+        ]
+        return " and ".join(several) or "laws"
+
+    @property
+    def about(self) -> str:
+        """The scenario, and over how many seeds."""
+        seeds = sorted({run.seed for run in self.results.runs})
+        over = f"seed {seeds[0]}" if len(seeds) == 1 else f"mean ± standard deviation over {len(seeds)} seeds"
+        end = max((row.simulated_time for row in self.results.rows.values()), default=0.0)
+        return f"{self.results.name}, {end:g} s, {over}"
+
+
+def comparison(results: Results) -> Comparison:
+    """Put the results of a comparison's study into words."""
+    names, cells = results.chosen, range(len(results.cells))
+    told = results.told_best(names)
+    columns = {}
+    for name in names:
+        unit, share = results.quantities[name].unit, name.startswith("saturated_share")
+        texts = [spread_text(results.spread(name, index), unit, share) for index in cells]
+        if name in told:
+            texts[told[name][0]] = f"**{texts[told[name][0]]}**"
+        columns[name] = texts
+    labels = [results.labels(index) for index in cells]
+    titles = [(title_of(one[LAW]), title_of(one[LOOP])) for one in labels]
+    outcomes = [_outcomes(results, index) for index in cells]
+    return Comparison(results, titles, outcomes, columns, _marked(results, bool(told)))
+
+
+def _outcomes(results: Results, index: int) -> str:
+    """How a combination's runs ended, in words."""
+    rows = (results.rows.get(run.key) for run in results.runs if run.cell == index)
+    ends = [row.outcome if row is not None else "not run" for row in rows]
+    counts = {end: ends.count(end) for end in dict.fromkeys(ends)}
+    if len(ends) == 1:
+        return ends[0]
+    return ", ".join(f"{end} {count} of {len(ends)}" for end, count in counts.items())
+
+
+def _marked(results: Results, told: bool) -> str:
+    """What is bold, and why nothing is where no test can tell."""
+    rivals, seeds = len(results.cells) - 1, len(results.runs) // len(results.cells)
+    if rivals < 1 or 2.0 ** (1 - seeds) * rivals >= 1.0 - LEVEL:
+        words = f"{len(results.cells)} with {counted(seeds, 'seed')}"
+        return f"Nothing is bold: no test can tell the best of {words}."
+    test = (
+        f"better than each other controller that completed every run, by Wilcoxon's signed-rank test over "
+        f"{counted(seeds, 'seed')}: p below {1.0 - LEVEL:.2g}, corrected for {counted(rivals, 'other')} "
+        "(Bonferroni) and all quantities of the table (Holm)."
+    )
+    return f"**Bold**: {test}" if told else f"Nothing is bold: none is {test}"
+
+
+def markdown(found: Comparison) -> list[str]:
+    """The table for people, with the runs that did not complete."""
+    results = found.results
+    heads = [results.quantities[name].heading for name in found.columns]
+    rows = [
+        [*found.title[index], found.outcome[index], *(texts[index] for texts in found.columns.values())]
+        for index in range(len(found.title))
+    ]
+    return [
+        *markdown_rows(["law", "outer loop", "outcome", *heads], rows),
+        "",
+        f"`{results.name}`, {found.about.partition(', ')[2]}. {found.marked}",
+        "",
+        *(f"- {words}" for words in lost_of(results)),
+    ]
+
+
+def lost_of(results: Results) -> list[str]:
+    """Runs that did not complete, a line each."""
+    return [
+        f"{results.title(run.cell)}, seed {run.seed}: {row.outcome}: {row.message}"
+        for run in results.runs
+        if (row := results.rows.get(run.key)) and not _completed(row)
+    ]
+
+
+def _completed(row: Any) -> bool:
+    return bool(row.outcome == COMPLETED)
+
+
+def page_of(found: Comparison) -> str:
+    """The table as a page of its own, with what its columns mean."""
+    shown = [found.results.quantities[name] for name in found.columns]
+    head = [f"# {found.subject[0].upper()}{found.subject[1:]} compared: {found.results.name}", ""]
+    return "\n".join([*head, *markdown(found), "", *(f"- {one.head}: {one.about}" for one in shown)]) + "\n"
+
+
+def latex_of(found: Comparison) -> str:
+    """Return the table for LaTeX, one quantity per row."""
+    lone = len(found.results.factors[LOOP].levels) == 1
+    head = ["", *(law if lone else f"{law} / {loop}" for law, loop in found.title)]
+    lines = [["outcome", *found.outcome]]
+    lines += [[found.results.quantities[name].heading, *texts] for name, texts in found.columns.items()]
+    return latex(head, lines, f"{found.about}. {found.marked.replace('**', '')}")
+
+
+def summary_of(found: Comparison) -> list[str]:
+    """The table for a terminal: the quantities that tell most, one line per combination."""
+    columns = [["", "", *(f"{law} / {loop}" for law, loop in found.title)]]
+    for name, texts in found.columns.items():
+        one = found.results.quantities[name]
+        if name.startswith(BRIEF):
+            columns.append([one.title, one.window, *(text.replace("**", "*") for text in texts)])
+    columns.append(["outcome", "", *found.outcome])
+    return [
+        *aligned(zip(*columns, strict=True)),
+        found.marked.replace("**", "").replace("Bold:", "*:"),
+    ]
+
+
+def document_of(found: Comparison) -> dict[str, Any]:
+    """Everything that was measured, as JSON can hold it."""
+    results = found.results
+    labels = [results.labels(index) for index in range(len(results.cells))]
+    named = [{"law": one[LAW], "outer": one[LOOP]} for one in labels]
+    return {
+        "scenario": results.name,
+        "quantities": {name: results.quantities[name]._asdict() for name in found.columns},
+        "best": {name: named[k] | {"p": p} for name, (k, p) in results.told_best(found.columns).items()},
+        "combinations": [
+            about
+            | {"completed": int(results.of_cell(COMPLETED, index).sum())}
+            | {"of": len(results.of_cell(COMPLETED, index))}
+            | {"values": {name: _plain(results.spread(name, index)) for name in found.columns}}
+            for index, about in enumerate(named)
+        ],
+        "runs": [
+            named[run.cell]
+            | {"seed": run.seed, "outcome": row.outcome, "message": row.message, "folder": row.folder}
+            | {"values": {name: row.metrics.get(name) for name in found.columns}}
+            for run in results.runs
+            if (row := results.rows.get(run.key))
+        ],
+    }
+
+
+def _plain(spread: Spread) -> dict[str, Any]:
+    return spread._asdict() | {"mean": None if math.isnan(spread.mean) else spread.mean}
+
+
+def write_comparison(results: Results, folder: Path) -> tuple[list[str], list[str]]:
+    """Write the tables and figures of a comparison.
 
     Args:
-        out: The folder, with the run folders of what completed.
-        scenario: What was run.
-        results: What came of it.
-        over: The part of each run that quantities look at; None for that of each.
+        results: Of its study.
+        folder: Of the study.
+
+    Returns:
+        What to tell the user, and the files.
+    """
+    found = comparison(results)
+    lost = [f"  {words}" for words in lost_of(results)]
+    write_json(folder / "table.json", document_of(found))
+    write_text(folder / "table.md", page_of(found))
+    write_text(folder / "table.tex", latex_of(found))
+    files = draw_comparison(folder, found)
+    return lost + summary_of(found), ["table.md", "table.tex", "table.json", f"figures/ ({len(files)})"]
+
+
+def draw_comparison(folder: Path, found: Comparison) -> list[Path]:
+    """Draw the figures of a comparison into `figures/` of its folder and return their files.
 
     Raises:
         RunFolderError: If a run that completed is missing.
     """
-    files = [draw_bars(out, scenario, results, over)]
-    if any(result.completed for result in results):
-        files.append(draw_curves_of(out, scenario, results))
+    files = [draw_bars(folder / "figures" / "comparison.png", found)]
+    if (found.results.values(COMPLETED) == 1.0).any():
+        files.append(draw_curves_of(folder, found))
     return files
 
 
-def draw_bars(out: Path, scenario: Scenario, results: Sequence[Result], over: Span | None = None) -> Path:
+def _colors(results: Results) -> dict[str, palette.Color]:
+    """A color for each law: those that come with the package, and the plugins' after them."""
+    names = list(dict.fromkeys([*LAWS, *results.factors[LAW].levels]))
+    return dict(zip(names, palette.robot_colors(len(names)), strict=True))
+
+
+def draw_bars(path: Path, found: Comparison) -> Path:
     """One panel per quantity, a bar per combination, a dot per seed."""
-    table = rows(results)
-    quantities = quantities_over(over)
-    names = [name for name in DRAWN if any(row.spreads[name].known for row in table)]
-    path, lines = out / "figures" / "comparison.png", -(-max(len(names), 1) // 3)
-    height = lines * (0.76 + BAR * len(table)) + 0.4
-    with figure(path, height, f"{scenario.name}: {subject(results)} compared", width=9.6) as canvas:
+    results = found.results
+    names = [name for name in found.columns if name.startswith(DRAWN) and results.known([name])]
+    lines = -(-max(len(names), 1) // 3)
+    height = lines * (0.76 + BAR * len(found.title)) + 0.4
+    lone = len(results.factors[LOOP].levels) == 1
+    labels = [law if lone else f"{law} / {loop}" for law, loop in found.title]
+    with figure(path, height, f"{results.name}: {found.subject} compared", width=9.6) as canvas:
         grid = canvas.subplots(lines, 3, squeeze=False, sharey=True)
         for axes, name in zip(grid.ravel(), names, strict=False):
-            _bars(axes, name, table)
-            axes.set_title(heading(quantities[name], "\n"))
+            _bars(axes, name, found)
+            axes.set_title(heading(results.quantities[name], "\n"))
         for axes in grid.ravel()[len(names) :]:
             axes.set_visible(False)
         for axes in grid[:, 0]:
-            axes.set_yticks(range(len(table)), [_label(row, table) for row in table], fontsize=7.5)
-        grid[0, 0].set_ylim(len(table) - 0.4, -0.6)
+            axes.set_yticks(range(len(labels)), labels, fontsize=7.5)
+        grid[0, 0].set_ylim(len(labels) - 0.4, -0.6)
     return path
 
 
-def _label(row: Combination, table: Sequence[Combination]) -> str:
-    """Law and outer loop, the latter only where there are several."""
-    return row.title if len({other.outer for other in table}) > 1 else title_of(row.law)
-
-
-def _bars(axes: Axes, name: str, table: Sequence[Combination]) -> None:
+def _bars(axes: Axes, name: str, found: Comparison) -> None:
     """One quantity; what has no value says why."""
-    unit, colors = QUANTITIES[name].unit, _colors(row.law for row in table)
-    means = [row.spreads[name].mean for row in table]
-    small = unit in ("m", "m/s") and max((abs(mean) for mean in means if mean is not None), default=1.0) < 1.0
+    results, colors = found.results, _colors(found.results)
+    unit = results.quantities[name].unit
+    spreads = [results.spread(name, index) for index in range(len(found.title))]
+    sizes = [abs(spread.mean) for spread in spreads if not math.isnan(spread.mean)]
+    small = unit in ("m", "m/s") and max(sizes, default=1.0) < 1.0
     scale = MILLI if small else 1.0
     axes.set_xlabel(("m" if small else "") + unit, labelpad=1.0)
     axes.grid(axis="y", visible=False)
     axes.axvline(0.0, color="#555555", linewidth=0.7)
     axes.xaxis.set_major_locator(MaxNLocator(5))
-    for place, row in enumerate(table):
-        spread = row.spreads[name]
-        if spread.mean is None:
-            words = "never" if spread.never else ("-" if row.completed else row.results[0].outcome)
-            axes.annotate(
-                words,
-                (0.0, place),
-                (3, 0),
-                textcoords="offset points",
-                va="center",
-                fontsize=7.0,
-                color=FAILED,
-            )
+
+    def note(words: str, x: float, place: int) -> None:
+        how: dict[str, Any] = {"textcoords": "offset points", "va": "center", "fontsize": 7.0}
+        axes.annotate(words, (x, place), (3, 0), color=FAILED, **how)
+
+    for place, spread in enumerate(spreads):
+        if math.isnan(spread.mean):
+            completed = (results.of_cell(COMPLETED, place) == 1.0).any()
+            note("never" if spread.never else "-" if completed else found.outcome[place], 0.0, place)
             continue
-        color = colors[row.law]
+        color = colors[results.labels(place)[LAW]]
         axes.barh(place, scale * spread.mean, 0.72, color=color, alpha=0.55)
-        values = [result.values[name] for result in row.results]
-        dots = [scale * value for value in values if value is not None and np.isfinite(value)]
+        values = results.of_cell(name, place)
+        dots = scale * values[np.isfinite(values)]
         if len(dots) > 1:
             axes.plot(dots, [place] * len(dots), "o", color=color, markersize=2.6, clip_on=False)
         if spread.never:
-            axes.annotate(
-                f"never in {spread.never}",
-                (scale * spread.mean, place),
-                (4, 0),
-                textcoords="offset points",
-                va="center",
-                fontsize=7.0,
-                color=FAILED,
-            )
+            note(f"never in {spread.never}", scale * spread.mean, place)
 
 
-def draw_curves_of(out: Path, scenario: Scenario, results: Sequence[Result]) -> Path:
+def draw_curves_of(folder: Path, found: Comparison) -> Path:
     """The first seed over time: error of the worst robot's radius, and tracking error without noise."""
-    first = results[0].trial.seed
-    runs = [result for result in results if result.trial.seed == first and result.completed]
-    path, outers = out / "figures" / "curves.png", list(dict.fromkeys(run.trial.outer for run in results))
-    colors = _colors(result.trial.law for result in results)
-    with figure(path, 5.6, f"{scenario.name}: {subject(results)} over time, seed {first}") as canvas:
+    results = found.results
+    seed, colors = results.runs[0].seed, _colors(results)
+    flown: dict[str, None] = {}
+    path = folder / "figures" / "curves.png"
+    with figure(path, 5.6, f"{results.name}: {found.subject} over time, seed {seed}") as canvas:
         upper, lower = canvas.subplots(2, 1, sharex=True)
         time = np.zeros(1)
-        for run in runs:
-            trace = read_run(out / run.trial.name).trace
+        for run in (one for one in results.runs if one.seed == seed):
+            row, labels = results.rows.get(run.key), results.labels(run.cell)
+            if row is None or not _completed(row) or row.folder is None:
+                continue
+            trace = read_run(folder / row.folder).trace
             time = trace["time"].values
-            drawn = len(upper.lines)
             radius = np.nanmax(np.abs(radius_error(trace)), axis=1)
             error = np.linalg.norm(trace["q_d"].values - trace["q"].values, axis=2).max(axis=1)
-            color = [colors[run.trial.law]]
-            draw_curves(upper, time, radius[:, None], color)
-            draw_curves(lower, time, running_rms(time, error)[:, None], color)
-            for line in [*upper.lines[drawn:], *lower.lines[drawn:]]:
-                line.set_linestyle(DASHES[outers.index(run.trial.outer) % len(DASHES)])
+            flown[labels[LAW]] = None
+            dash = DASHES[results.factors[LOOP].levels.index(labels[LOOP]) % len(DASHES)]
+            for axes, curve in ((upper, radius), (lower, running_rms(time, error))):
+                before = len(axes.lines)
+                draw_curves(axes, time, curve[:, None], [colors[labels[LAW]]])
+                for line in axes.lines[before:]:
+                    line.set_linestyle(dash)
         upper.set_title("Largest error of the radius, any robot")
         upper.set_ylabel("| |q - c| - R | [m]")
         lower.set_title("Largest tracking error without noise, any robot, running rms")
@@ -167,12 +341,12 @@ def draw_curves_of(out: Path, scenario: Scenario, results: Sequence[Result]) -> 
         for axes in (upper, lower):
             log_scale(axes)
         timeline([upper, lower], time)
-        laws = list(dict.fromkeys(run.trial.law for run in runs))
-        keys = [(title_of(law), Line2D([], [], color=colors[law], linewidth=2.0)) for law in laws]
-        if len(outers) > 1:
+        keys = [(title_of(law), Line2D([], [], color=colors[law], linewidth=2.0)) for law in flown]
+        loops = results.factors[LOOP].levels
+        if len(loops) > 1:
             keys += [
-                (OUTERS[outer], Line2D([], [], color="#555555", linestyle=DASHES[index % len(DASHES)]))
-                for index, outer in enumerate(outers)
+                (title_of(loop), Line2D([], [], color="#555555", linestyle=DASHES[index % len(DASHES)]))
+                for index, loop in enumerate(loops)
             ]
         words, handles = zip(*keys, strict=True)
         canvas.legend(handles, words, loc="outside lower center", ncols=3, columnspacing=1.3)

@@ -67,7 +67,7 @@ def test_a_sweep_is_a_table_and_goes_on(study: str) -> None:
 def test_laws_are_compared(study: str) -> None:
     result = escort_mj.compare("one.yaml", "pd", workers=1, progress=False)
     assert result.folder == Path("renders/compare/one") and result.passed
-    assert result.table["law"].tolist() == ["pd"] and "1 runs: 1 new" in result.lines[0]
+    assert result.table["controller"].tolist() == ["pd"] and "1 runs: 1 new" in result.lines[0]
 
 
 def test_tuning_and_falsifying_are_tables(study: str) -> None:

@@ -223,6 +223,24 @@ class Recomputed:
     def velocity_error_rms(self) -> float:
         return math.sqrt((norm(self.e_dot)[self.late] ** 2).mean())
 
+    def tracking_error_max(self) -> float:
+        return float(norm(self.e)[self.alive].max())
+
+    def tracking_time(self) -> float:
+        outside = np.nonzero((self.alive & (norm(self.e) > 0.01 * self.case.radius)).any(axis=1))[0]
+        if not len(outside):
+            return 0.0
+        return math.inf if outside[-1] == self.steps - 1 else float(self.time[outside[-1] + 1])
+
+    def true_error_rms(self) -> float:
+        return math.sqrt((norm(self.get("q_d") - self.q)[self.late] ** 2).mean())
+
+    def true_error_max(self) -> float:
+        return float(norm(self.get("q_d") - self.q)[self.alive].max())
+
+    def true_velocity_error_rms(self) -> float:
+        return math.sqrt((norm(self.get("v_d") - self.v)[self.late] ** 2).mean())
+
     def force_rms(self) -> float:
         return math.sqrt(self.mean_of(norm(self.force) ** 2, self.alive))
 

@@ -6,12 +6,12 @@ has nothing to say, or a run is missing. Nothing here is typed in from results.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
 from escort_mj.study.compare.measured import Measured
 from escort_mj.study.compare.reproduction import CASES, LAWS, READINGS
+from escort_mj.study.sweeps.quantities import value_text
 
 Runs = Mapping[tuple[str, str], Measured]
 """The runs of one reading, by case and law."""
@@ -63,20 +63,6 @@ class Claim(NamedTuple):
         except KeyError as missing:
             case, law = missing.args[0]
             return Conclusion(None, f"{LAWS[law]} in {CASES[case]} has not run")
-
-
-def value_text(value: float | None, unit: str = "", digits: int = 3) -> str:
-    """A value for people; `-` for nothing, `never` for infinite, lengths below 1 m in millimeters."""
-    if value is None or math.isnan(value):
-        return "-"
-    if math.isinf(value):
-        return "never"
-    if unit == "1":
-        return f"{value:g}"
-    if unit in ("m", "m/s") and abs(value) < 1:
-        value, unit = 1000 * value, "m" + unit
-    form = ".0f" if abs(value) >= 10**digits else f".{digits}g"
-    return f"{value:{form}} {unit}".rstrip()
 
 
 def better(first: Measured, second: Measured, names: tuple[str, ...]) -> bool:

@@ -1,127 +1,89 @@
-"""The runs of a comparison of laws and outer loops, those that have not been made before, and its tables."""
+"""Laws and outer loops side by side: a study of one scenario, every law with every loop."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from functools import partial
+from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Any
 
-import numpy as np
-
+from escort_mj.control.outer_loops import OUTER_LOOPS
 from escort_mj.errors import UsageError
-from escort_mj.measuring import measure
-from escort_mj.record.files import write_json, write_text
-from escort_mj.record.outcome import Outcome
+from escort_mj.laws import LAWS as SHIPPED
+from escort_mj.metrics import METRICS
 from escort_mj.record.window import Span, span_faults
 from escort_mj.scenario import Scenario
+from escort_mj.scenario.findings import did_you_mean
 from escort_mj.scenario.reader.catalog import catalog_of
-from escort_mj.study.compare.comparison import (
-    OUTERS,
-    QUANTITIES,
-    TRUE_ERROR,
-    TRUE_PEAK,
-    Result,
-    Trial,
-    chosen_names,
-    span_of,
-    trials,
-)
-from escort_mj.study.compare.comparison_table import (
-    around_marks,
-    comparison_document,
-    comparison_latex,
-    comparison_page,
-    comparison_summary,
-    into_page,
-    runs_table,
-)
 from escort_mj.study.compare.laws import controller_of, outer_of
-from escort_mj.study.compare.measured import true_error_rms
-from escort_mj.study.compare.runs import Findings, RunJob, lines_of, run_once
-from escort_mj.study.engine.parallel import cores, side_by_side
 
-if TYPE_CHECKING:
-    import xarray
+LAW, LOOP = "controller", "mission.outer"
+"""The factors of such a study."""
+LAWS = {str(law.model_fields["law"].default): law.title_of() for law in SHIPPED}
+"""Titles of the laws that come with the package."""
+OUTERS = {str(loop.model_fields["loop"].default): loop.title for loop in OUTER_LOOPS}
+COMPARED = (
+    "settling_time",
+    "radius_error_mean",
+    "spacing_error_mean",
+    "tracking_error_rms",
+    "true_error_rms",
+    "true_error_max",
+    "velocity_error_rms",
+    "chattering",
+    "force_rms",
+    "energy",
+    "obstacle_clearance_min",
+    "robot_clearance_min",
+    "contacts",
+    "saturated_share",
+)
 
-Draw = Callable[[Path, Scenario, Sequence[Result], Span | None], Sequence[Path]]
 
-
-def compare_controllers(
+def comparison_of(
     scenario: Scenario,
-    out: Path,
-    draw: Draw,
+    path: Path,
     laws: Sequence[str] = (),
     outers: Sequence[str] = (),
     seeds: int = 1,
-    workers: int | None = None,
-    docs: Path | None = None,
-    again: bool = False,
-    progress: Callable[[float, float], None] | None = None,
     over: Span | None = None,
-) -> Findings:
-    """Run a scenario under several laws and outer loops, where that has not been done, and compare them.
+) -> dict[str, Any]:
+    """Return the study that compares laws and outer loops on a scenario; its runs expect nothing.
 
     Args:
-        scenario: What to run; its own law's gains go to the other laws where they mean the same.
-        out: Where everything goes; runs that ended there before are not run again.
-        draw: Draws the figures into that folder from its runs, and returns their files.
+        scenario: What to run; its own law's gains go to the other laws where they mean the same, and all
+            teams get the same law.
+        path: Its file.
         laws: Names of laws, each of them one or several between commas; empty for all.
         outers: Names of outer loops, likewise; empty for the scenario's own.
         seeds: How many seeds, from the scenario's own upward.
-        workers: Processes; None for one per core.
-        docs: A page of the docs with marks that the table goes between.
-        again: Run everything again.
-        progress: Called with the runs done and to do.
-        over: The part of each run that quantities look at; None for that of each.
+        over: The part of each run that quantities look at; None for that of each. A moment is looked for in
+            the whole run.
 
     Raises:
-        UsageError: If there is no such law or outer loop, a folder holds something else, or the
-            page has no marks, or there is no such part of a run.
-        ScenarioError: If a seed leaves no room for robots that are placed at random.
+        UsageError: If there is no such law or outer loop, or no such part of a run.
     """
     check_span(over, scenario.duration)
-    known = [model.model_fields["law"].default for model in catalog_of(scenario).laws]
+    known = [str(model.model_fields["law"].default) for model in catalog_of(scenario).laws]
     names = chosen_names("--laws", laws, known, known)
-    if docs is not None:
-        around_marks(docs, scenario)
     loops = chosen_names("--outer", outers, OUTERS, [scenario.mission.outer.loop])
-    wanted = trials(names, loops, [scenario.seed + index for index in range(seeds)])
-    tasks = [RunJob(trial, trial_scenario(scenario, trial), out / trial.name, again) for trial in wanted]
-    workers = cores() if workers is None else workers
-    results = side_by_side(partial(fly_trial, over=over), tasks, workers, progress)
-
-    write_json(out / "table.json", comparison_document(scenario, results, over))
-    write_text(out / "table.csv", runs_table(results, over))
-    write_text(out / "table.md", comparison_page(scenario, results, over))
-    write_text(out / "table.tex", comparison_latex(scenario, results, over))
-    if docs is not None:
-        write_text(docs, into_page(docs, scenario, results, over))
-    files = draw(out, scenario, results, over)
-    ended = [(result.trial.name, result.outcome, result.message, result.ran) for result in results]
-    lines = lines_of("runs", ended)
-    written = ["table.md", "table.tex", "table.csv", "table.json", f"figures/ ({len(files)})"]
-    return Findings(
-        lines + comparison_summary(scenario, results, over), written, all(result.stated for result in results)
-    )
-
-
-def trial_scenario(base: Scenario, trial: Trial) -> Scenario:
-    """The scenario with what a trial changes: the law of all robots, outer loop, seed; it expects nothing.
-
-    Raises:
-        ScenarioError: If a seed leaves no room for robots that are placed at random.
-    """
-    return base.replace(
-        {
-            "name": trial.name,
-            "seed": trial.seed,
-            "controller": controller_of(base, trial.law),
-            **{f"teams.{team}.controller": None for team in range(len(base.teams))},
-            "mission.outer": outer_of(base, trial.outer),
-            "expect": (),
-        }
-    )
+    moments = {metric.name for metric in METRICS if metric.moment}
+    window = {} if over is None else {"over": over.over, "after": over.after or None, "before": over.before}
+    return {
+        "study": scenario.name,
+        "scenario": str(path),
+        "set": {"expect": [], **{f"teams[{team}].controller": None for team in range(len(scenario.teams))}},
+        "vary": {
+            LAW: [controller_of(scenario, name).model_dump() for name in names],
+            LOOP: [outer_of(scenario, name).model_dump() for name in loops],
+        },
+        "seeds": seeds,
+        "first_seed": scenario.seed,
+        "traces": "all",
+        "quantities": [
+            {"metric": name} | ({} if name in moments else {k: v for k, v in window.items() if v is not None})
+            for name in COMPARED
+        ],
+    }
 
 
 def check_span(over: Span | None, duration: float) -> None:
@@ -139,24 +101,28 @@ def check_span(over: Span | None, duration: float) -> None:
         raise UsageError(f"{key} {time:g}: the run ends at {duration:g} s")
 
 
-def fly_trial(task: RunJob[Trial], over: Span | None = None) -> Result:
-    """Run a trial, unless its folder holds it already, and measure it over a part of it."""
-    ended = run_once(task)
-    values: dict[str, float | None] = dict.fromkeys(QUANTITIES)
-    if ended.trace is not None and ended.outcome == Outcome.COMPLETED.value:
-        values = compared_values(ended.trace, over)
-    return Result(task.what, ended.outcome, ended.message, values, ended.ran)
+def title_of(level: str) -> str:
+    """What pictures and tables call a law or an outer loop: one of a plugin by its name."""
+    return LAWS.get(level) or OUTERS.get(level) or level
 
 
-def compared_values(trace: xarray.Dataset, over: Span | None = None) -> dict[str, float | None]:
-    """All quantities of a run that reached its end, each over its own part of it."""
-    spans = {name: span_of(name, over) for name in QUANTITIES}
-    parts = {span: span.of(trace) for span in set(spans.values())}
+def chosen_names(
+    option: str, words: Sequence[str], known: Iterable[str], default: Sequence[str]
+) -> list[str]:
+    """Names that a user picks, such as `apd_smc,pd`, in the order given and each once.
 
-    def value(name: str) -> float | None:
-        part = parts[spans[name]]
-        if name == TRUE_PEAK:
-            return float(np.linalg.norm(part["q_d"].values - part["q"].values, axis=2).max())
-        return true_error_rms(part, "q") if name == TRUE_ERROR else measure(name, part).value
+    Args:
+        option: What to call it in messages.
+        words: What the user wrote; every one may hold several names.
+        known: All that there are.
+        default: What is meant by writing nothing.
 
-    return {name: value(name) for name in QUANTITIES}
+    Raises:
+        UsageError: If there is no such name.
+    """
+    names = list(known)
+    picked = [word.strip() for text in words for word in text.split(",") if word.strip()]
+    for word in picked:
+        if word not in names:
+            raise UsageError(f"{option} {word}: allowed are {', '.join(names)}{did_you_mean(word, names)}")
+    return list(dict.fromkeys(picked)) or list(default)

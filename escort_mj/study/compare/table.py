@@ -7,9 +7,10 @@ from typing import Any
 
 from escort_mj.record.tables import markdown as markdown_rows
 from escort_mj.record.window import WORDS
-from escort_mj.study.compare.claims import CLAIMS, PRECISION, SPEED, Runs, better, value_text, verdict
+from escort_mj.study.compare.claims import CLAIMS, PRECISION, SPEED, Runs, better, verdict
 from escort_mj.study.compare.measured import NEAR, QUANTITIES, Measured
 from escort_mj.study.compare.reproduction import CASES, LAWS, READINGS
+from escort_mj.study.sweeps.quantities import value_text
 
 SHORT = {True: "yes", False: "no", None: "-"}
 VERSUS = ["case", "reading", "faster", "times", "more precise", "tail errors"]

@@ -205,6 +205,12 @@ class Store:
             run(f"INSERT OR IGNORE INTO runs ({names}) VALUES ({marks})", tuple(values.values()))
             run("DELETE FROM claims WHERE key = ?", (row.key,))
 
+    def forget(self, keys: Iterable[str]) -> None:
+        """Drop runs, to be made again."""
+        with self._transaction() as run:
+            for key in keys:
+                run("DELETE FROM runs WHERE key = ?", (key,))
+
     def get(self, keys: Iterable[str]) -> dict[str, Row]:
         """Runs by key; those that have not ended are left out."""
         columns = [name for name in Row._fields if name != "metrics"]

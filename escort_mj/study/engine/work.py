@@ -102,7 +102,7 @@ def perform(job: Job) -> Row:
     try:
         scenario = _template(job.text, job.source).scenario(job.settings | {"seed": job.seed})
         run = fly_keeping(scenario, job.folder, STUDY, always=not job.only_failed)
-        kept = job.folder is not None and (not job.only_failed or not run.passed)
+        kept = not job.only_failed or not run.passed
         assert run.recording is not None, "single runs keep their recording"
         known = {metric.name: metric for metric in catalog_of(scenario).metrics}
         more = {key: measure_over(known[name], run.recording, span) for key, name, span in job.measured}
@@ -132,7 +132,7 @@ def perform(job: Job) -> Row:
             if str(name).startswith(prefix)
         },
         {name: found.value for name, found in (run.measures | more).items()} if run.outcome.good else {},
-        f"{RUNS}/{job.key}" if kept else None,
+        f"{RUNS}/{job.folder.name}" if job.folder is not None and kept else None,
     )
 
 

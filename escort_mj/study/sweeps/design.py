@@ -6,6 +6,7 @@ import hashlib
 import json
 import math
 import os
+import re
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from functools import cache
@@ -24,6 +25,7 @@ from escort_mj.native.shipped import numba_version
 from escort_mj.recognize import scenario_names
 from escort_mj.scenario.findings import did_you_mean, listed, parse_key_path, shortened
 from escort_mj.scenario.reader.catalog import catalog_of, resolve_plugins
+from escort_mj.scenario.reader.dump import flow
 from escort_mj.scenario.reader.load import Template, read_text
 from escort_mj.scenario.reader.plugins import placed_in
 from escort_mj.scenario.schema.scenario import Physics, Recording, Scenario
@@ -39,6 +41,7 @@ MOST_FAULTS = 20
 Point = tuple[dict[str, Any], dict[str, Any]]
 """Number of a drawn point, and its values by key."""
 DIGITS = 32
+_NO_NAME = re.compile(r"[^\w.+-]+", re.ASCII)  # what names of folders leave out
 
 
 class Cell(NamedTuple):
@@ -127,6 +130,12 @@ class Design:
             for index, digest in enumerate(digests):
                 own = seed + self._apart(self.cells[index])
                 yield Planned(index, own, _with_seed(digest, own))
+
+    def folder_of(self, run: Planned) -> str:
+        """Name of a run's folder: what tells its cell from others, its seed, and the start of its key."""
+        told = "-".join(word(value) for value in self.cells[run.cell].labels.values())[:80]
+        words = [*([_NO_NAME.sub("_", told)] if told else []), f"seed{run.seed}", run.key[:8]]
+        return "-".join(words)
 
     def cells_at(self, point: Mapping[str, Any]) -> tuple[Cell, ...]:
         """All cells with what a search sets beside them: scenario keys or parameters, and their values."""
@@ -288,6 +297,15 @@ def sources_digest() -> str:
 def _short(value: Any) -> str:
     text = f"{value:g}" if isinstance(value, float) else str(value)
     return text if len(text) <= 60 else text[:57] + "..."
+
+
+def word(value: Any) -> str:
+    """A level in few words: a number, a name, the name that a table gives itself."""
+    if isinstance(value, float):
+        return f"{value:.6g}"
+    if isinstance(value, dict):
+        return next((str(value[tag]) for tag in ("law", "loop", "behavior") if tag in value), flow(value))
+    return value if isinstance(value, str) else flow(value)
 
 
 def _scenario_path(file: StudyFile, shipped: Path) -> Path:

@@ -167,3 +167,17 @@ def quantity_of(row: Row, quantity: str) -> float:
         return min(known, default=math.nan)
     value = row.metrics.get(quantity)
     return math.nan if value is None else float(value)
+
+
+def value_text(value: float | None, unit: str = "", digits: int = 3) -> str:
+    """A value for people; `-` for nothing, `never` for infinite, lengths below 1 m in millimeters."""
+    if value is None or math.isnan(value):
+        return "-"
+    if math.isinf(value):
+        return "never"
+    if unit == "1":
+        return f"{value:g}"
+    if unit in ("m", "m/s") and abs(value) < 1:
+        value, unit = 1000 * value, "m" + unit
+    form = ".0f" if abs(value) >= 10**digits else f".{digits}g"
+    return f"{value:{form}} {unit}".rstrip()

@@ -22,8 +22,9 @@ from escort_mj.scenario.reader.dump import flow
 from escort_mj.scenario.reader.files.paths import locate
 from escort_mj.study.engine.store import Row, open_store
 from escort_mj.study.sweeps.definition import Range, Steps, draws_of
-from escort_mj.study.sweeps.design import CASE, SAMPLE, Cell, Clock, Design, Planned
+from escort_mj.study.sweeps.design import CASE, SAMPLE, Cell, Clock, Design, Planned, word
 from escort_mj.study.sweeps.quantities import (
+    COMPLETED,
     EFFORT,
     PASSED,
     PRECISION,
@@ -38,11 +39,13 @@ from escort_mj.study.sweeps.statistics import (
     LEVEL,
     Paired,
     Proportion,
+    Spread,
     Summary,
     holm,
     paired,
     pareto,
     proportion_of,
+    spread_of,
     summary,
 )
 
@@ -209,6 +212,10 @@ class Results:
             self._summaries[quantity, index] = summary(self.of_cell(quantity, index))
         return self._summaries[quantity, index]
 
+    def spread(self, quantity: str, index: int) -> Spread:
+        """Mean and standard deviation of a quantity over the runs of a cell."""
+        return spread_of(self.of_cell(quantity, index))
+
     def known(self, quantities: Iterable[str]) -> list[str]:
         """Those quantities of which at least one run has a value."""
         return [name for name in quantities if not np.isnan(self.values(name)).all()]
@@ -254,6 +261,54 @@ class Results:
         first = next((key for key in (*LAWS, CASE, *wordy) if key in wordy), None)
         return None if first is None else able[first]
 
+    def best(self, quantity: str) -> int | None:
+        """The cell with the best mean of a quantity; None without any.
+
+        Only those count of which every run completed, and the best never says never.
+        """
+        sign = -1.0 if self.quantities[quantity].more_is_better else 1.0
+        spreads = [self.spread(quantity, index) for index in range(len(self.cells))]
+        able = [
+            (sign * spread.mean, index)
+            for index, spread in enumerate(spreads)
+            if self._whole(index) and spread.known and not spread.never
+        ]
+        return min(able)[1] if able else None
+
+    def told_best(self, quantities: Iterable[str]) -> dict[str, tuple[int, float]]:
+        """Cells that are better than each other one in a quantity, as far as tests can tell.
+
+        The one with the best mean is held against each other of which every run completed, seed by seed, by
+        Wilcoxon's signed-rank test. The largest p, times the number of others (Bonferroni), is that of being
+        the best; those of all quantities are corrected together (Holm). Moments that differ by no more than
+        runs are looked at are alike.
+
+        Returns:
+            By quantity, the cell and its corrected p, where that is below 1 - `LEVEL`.
+        """
+        firsts = {name: index for name in quantities if (index := self.best(name)) is not None}
+        corrected = holm([self._chance(name, index) for name, index in firsts.items()])
+        told = zip(firsts.items(), corrected, strict=True)
+        return {name: (index, p) for (name, index), p in told if p < 1.0 - LEVEL}
+
+    def _whole(self, index: int) -> bool:
+        """Whether every run of a cell completed."""
+        return bool((self.of_cell(COMPLETED, index) == 1.0).all())
+
+    def _chance(self, quantity: str, first: int) -> float:
+        """Probability of a cell to look better than each other one by chance; NaN without others."""
+        values, fine = self.of_cell(quantity, first), self.resolution(quantity)
+        found = []
+        for index in range(len(self.cells)):
+            if index != first and self._whole(index) and self.spread(quantity, index).known:
+                resolution = np.maximum(fine[self.cell == first], fine[self.cell == index])
+                found.append(paired(values, self.of_cell(quantity, index), resolution=resolution))
+        if all(one.alike == one.pairs for one in found):
+            return math.nan
+        sign = -1 if self.quantities[quantity].more_is_better else 1
+        worst = max(one.p if sign * one.side > 0 and sign * one.dominance > 0.0 else 1.0 for one in found)
+        return min(1.0, worst * len(found))
+
     def comparisons(self, factor: Factor, quantities: Iterable[str]) -> Iterator[Comparison]:
         """Each level of a factor against its first, over the same seeds and the same levels of all else.
 
@@ -298,15 +353,6 @@ class Results:
             block = labels.get(SAMPLE, run.seed)
             groups.setdefault(same, ({}, block))[0][int(self.levels[factor.name][index])] = index
         return list(groups.values())
-
-
-def word(value: Any) -> str:
-    """A level in few words: a number, a name, the name that a table gives itself."""
-    if isinstance(value, float):
-        return f"{value:.6g}"
-    if isinstance(value, dict):
-        return next((str(value[tag]) for tag in ("law", "loop", "behavior") if tag in value), flow(value))
-    return value if isinstance(value, str) else flow(value)
 
 
 def unit_of(key: str) -> str:

@@ -54,6 +54,22 @@ class Proportion(NamedTuple):
     interval: Interval
 
 
+class Spread(NamedTuple):
+    """Mean and spread of several runs in one quantity, in its unit.
+
+    Attributes:
+        mean: Of the finite values; NaN of none.
+        deviation: Their standard deviation; 0 of one.
+        never: How many values are infinite.
+        known: How many values there are, those included.
+    """
+
+    mean: float
+    deviation: float
+    never: int
+    known: int
+
+
 class Summary(NamedTuple):
     """What several runs say of one quantity, in its unit.
 
@@ -133,6 +149,19 @@ def proportion_of(happened: ArrayLike, method: Literal["exact", "wilson"] = "exa
 
     found = binomtest(count, of).proportion_ci(LEVEL, method=method)
     return Proportion(count, of, count / of, Interval(float(found.low), float(found.high)))
+
+
+def spread_of(values: ArrayLike) -> Spread:
+    """Mean and standard deviation of several runs.
+
+    Args:
+        values: One per run, infinite for never, NaN for missing; shape (runs,).
+    """
+    known = _known(values)
+    finite = known[np.isfinite(known)]
+    mean = float(finite.mean()) if len(finite) else math.nan
+    deviation = float(finite.std(ddof=1)) if len(finite) > 1 else 0.0
+    return Spread(mean, deviation, len(known) - len(finite), len(known))
 
 
 def summary(values: ArrayLike) -> Summary:

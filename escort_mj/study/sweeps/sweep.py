@@ -20,7 +20,7 @@ from escort_mj.study.engine.parallel import Died
 from escort_mj.study.engine.store import FILE, Row, Store
 from escort_mj.study.engine.work import RUNS, Job, killed, perform
 from escort_mj.study.sweeps.definition import StudyFile, cells_of
-from escort_mj.study.sweeps.design import Design, Planned
+from escort_mj.study.sweeps.design import Design, Planned, word
 from escort_mj.study.sweeps.results import write_design
 
 CONFIRMING = "--yes (in Python confirmed=True) makes them"
@@ -59,6 +59,7 @@ def sweep_design(
     workers: int,
     confirmed: bool = False,
     progress: Progress | None = None,
+    again: bool = False,
 ) -> Swept:
     """Make the runs that are missing.
 
@@ -69,6 +70,7 @@ def sweep_design(
         workers: How many runs go on at once, to judge the time.
         confirmed: Whether a large study may begin.
         progress: Called with the runs that are done and all.
+        again: Whether to make runs again that have been made.
 
     Raises:
         UsageError: If the study is larger than its own `at_most` and not confirmed.
@@ -84,6 +86,8 @@ def sweep_design(
     with Store(out) as store, stopping.keeping(kept):
         write_text(out / "study.yaml", design.file.text)
         write_design(design, out)
+        if again:
+            store.forget(run.key for run in planned)
         missing = _missing(planned, store)
         made = 0
         if missing and not confirmed:
@@ -221,7 +225,7 @@ def _job(design: Design, run: Planned, out: Path) -> Job:
         design.cells[run.cell].settings,
         design.template.text,
         os.path.abspath(design.template.source),  # whatever folder a worker is in
-        None if keep == "none" else out / RUNS / run.key,
+        None if keep == "none" else out / RUNS / design.folder_of(run),
         keep == "failed",
         design.measured(),
     )
@@ -241,7 +245,7 @@ def write_csv(design: Design, planned: Sequence[Planned], rows: dict[str, Row], 
         labels = design.cells[run.cell].labels
         lines.append(
             [
-                *labels.values(),
+                *(word(value) if isinstance(value, dict) else value for value in labels.values()),
                 *("; ".join(row.failed) if name == "failed" else getattr(row, name) for name in facts),
                 *(row.metrics.get(name) for name in metrics),
             ]

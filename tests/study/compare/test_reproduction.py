@@ -11,7 +11,7 @@ from escort_mj.errors import EscortError, UsageError
 from escort_mj.record.outcome import Outcome
 from escort_mj.scenario import dump_scenario, load_file
 from escort_mj.study.compare import runs as study_runs
-from escort_mj.study.compare.claims import CLAIMS, PRECISION, SPEED, Conclusion, better, value_text, verdict
+from escort_mj.study.compare.claims import CLAIMS, PRECISION, SPEED, Conclusion, better, verdict
 from escort_mj.study.compare.measured import QUANTITIES, Approach, Measured, measured
 from escort_mj.study.compare.reproduce import fly_simulation, measured_before
 from escort_mj.study.compare.reproduction import (
@@ -28,6 +28,7 @@ from escort_mj.study.compare.reproduction import (
 from escort_mj.study.compare.runs import RunJob
 from escort_mj.study.compare.table import claims_document, claims_markdown
 from escort_mj.study.engine.parallel import side_by_side
+from escort_mj.study.sweeps.quantities import value_text
 
 
 def test_every_case_law_and_reading_is_there_once():

@@ -25,6 +25,7 @@ Array = NDArray[np.float64]
 BINS = 8  # of values that were drawn
 MOST_CELLS = 60
 BAR = 0.2  # inches of height
+ABREAST = 4  # panels
 ALONE = (0.25, 0.35, 0.5)
 DASHES: tuple[Any, ...] = ("-", (0, (5, 2)), (0, (2, 2)))  # lines that coincide all show
 
@@ -162,13 +163,18 @@ def draw_intervals(path: Path, results: Results, by: Factor | None, quantities: 
     colors: list[palette.Color] = [ALONE] * len(cells)
     if by is not None:
         colors = [colors_of(len(by.levels))[results.level_of_cell[by.name][index]] for index in cells]
-    with figure(path, 1.0 + BAR * max(len(cells), 3), f"{results.name}: each cell", width=9.6) as canvas:
-        grid = canvas.subplots(1, len(quantities), squeeze=False, sharey=True)[0]
-        for axes, quantity in zip(grid, quantities, strict=True):
+    rows = -(-len(quantities) // ABREAST)
+    height = rows * (1.0 + BAR * max(len(cells), 3))
+    with figure(path, height, f"{results.name}: each cell", width=9.6) as canvas:
+        grid = canvas.subplots(rows, min(len(quantities), ABREAST), squeeze=False, sharey=True)
+        for axes, quantity in zip(grid.ravel(), quantities, strict=False):
             points = [_point(0.0, quantity, results.of_cell(quantity, index)) for index in cells]
             _intervals(axes, results.quantities[quantity], points, colors)
-        grid[0].set_yticks(cells, words, fontsize=7.5)
-        grid[0].set_ylim(len(cells) - 0.4, -0.6)
+        for axes in grid.ravel()[len(quantities) :]:
+            axes.set_visible(False)
+        for axes in grid[:, 0]:
+            axes.set_yticks(cells, words, fontsize=7.5)
+        grid[0, 0].set_ylim(len(cells) - 0.4, -0.6)
 
 
 def _intervals(
