@@ -30,7 +30,8 @@ from escort_mj.scenario.schema.scenario import Scenario
 from escort_mj.sensing.sensors import Sensors
 from escort_mj.snapshots import WORDS, Snapshot, checked_arrays, marked, mission_mark
 from escort_mj.standalone.backend import CONTROL_SIGNALS, Backend, Signals
-from escort_mj.standalone.guard import Guard, Judgement
+from escort_mj.standalone.clock import Clock
+from escort_mj.standalone.guard import Guard
 from escort_mj.standalone.knowledge import Knowledge, Surroundings
 from escort_mj.standalone.limits import Event, Limits
 from escort_mj.standalone.lost import who_may_be_lost
@@ -39,10 +40,7 @@ Array = NDArray[np.float64]
 
 Mask = NDArray[np.bool_]
 
-BEFORE, GUARD = (
-    "before.",
-    "guard.",
-)  # in front of what is known of the last call, and of the limits, in a saved state
+GUARD = "guard."  # in front of what is known of the limits, in a saved state
 FINE = 0.01  # share of a timestep that a clock must tell apart
 PERIODS = 4  # timesteps that braking lasts at least, so that it does not overshoot
 
@@ -208,10 +206,7 @@ class Controller:
         setup = replace(setup, outside=self._options["command"])
         self._surroundings = Surroundings(setup, self._mission.obstacles, paths, self.mass)
         self._backend = Backend(setup, interpret=self._options["backend"] == "interpreted")
-        self._before: Knowledge | None = None
-        self._first = self._evaluated = 0.0  # times of the first call, and up to which the state has come
-        self._steps = 0
-        self._lost: Mask = np.zeros(self.count, dtype=bool)
+        self._clock = Clock(self._backend, self.timestep, self._options["longest_gap"], self.count)
         own = self._options, start.tolist()
         self._mark = mission_mark(self.scenario, *own, left_out=WORDS | {"recording", "expect"})
 
@@ -266,7 +261,7 @@ class Controller:
         q, v, stamps = self._measured(now, positions, velocities, times)
         wish = None if commanded is None else self._wished(commanded)
         if guard is None:
-            self._evaluate(self._known(now, q, v, target, obstacles, points, mass, bias), wish)
+            self._clock.evaluate(self._known(now, q, v, target, obstacles, points, mass, bias), wish)
             self.ages = self._no_age if times is None else now - stamps
             return self._force(now)
         judged = guard.judge(now, q, v, stamps)
@@ -277,7 +272,7 @@ class Controller:
                 now, watch.q, np.where(rests, 0.0, watch.v), target, obstacles, points, mass, bias
             )
             try:
-                self._evaluate(known, wish, judged)
+                self._clock.evaluate(known, wish, judged)
                 force = self._force(now)
             except UsageError:
                 raise
@@ -314,7 +309,7 @@ class Controller:
         self, now: float, q: Array, v: Array, target: Any, obstacles: Any, points: Any, mass: Any, bias: Any
     ) -> Knowledge:
         """Return what is known at a time: measured, or as the scenario says."""
-        known, before = self._surroundings, self._before
+        known, before = self._surroundings, self._clock.before
         goal = known.target(target)
         centers = known.obstacles(now, obstacles, None if before is None else before.obstacles)
         seen = known.points(now, q, goal, centers, points)
@@ -331,8 +326,8 @@ class Controller:
             )
         return force
 
-    def _wished(self, commanded: ArrayLike) -> Array:
-        """Return what robots are commanded to do, shape (n, p)."""
+    def _wished(self, commanded: ArrayLike) -> tuple[str, Array]:
+        """Return what robots are commanded to do: its kind, and values of shape (n, p)."""
         kind = self._options["command"]
         if kind is None:
             raise UsageError(
@@ -340,49 +335,7 @@ class Controller:
                 'command="force" where it is made'
             )
         unit = "m/s" if kind == "velocity" else "N"
-        return numbers(commanded, "commanded", (self.count, self.axes), f"one row per robot [{unit}]")
-
-    def _evaluate(self, now: Knowledge, wish: Array | None, judged: Judgement | None = None) -> None:
-        """Evaluate the law for a time, and before that for the timesteps that have been missed."""
-        before, due = self._before, 1
-        if before is None:
-            self._first = now.time
-        else:
-            due = self._due(now.time, before.time)
-            self._steps += due
-        if wish is not None:
-            self._backend.command(self._options["command"], wish)
-        for step in range(1, due):
-            assert before is not None
-            self._backend.evaluate(now.since(before, step / due))
-        self._evaluated = now.time if due else self._evaluated
-        now = now._replace(time=self._evaluated)
-        if judged is not None and (judged.watch.out != self._lost).any():
-            if before is None:  # the law begins with all robots
-                self._backend.evaluate(now)
-            self._backend.regroup(now, judged.watch.out, judged.returned)
-            self._lost = judged.watch.out
-        self._backend.evaluate(now)
-        self._before = now
-
-    def _due(self, time: float, before: float) -> int:
-        """Return how many timesteps the state has to move on.
-
-        Raises:
-            UsageError: If the time steps back, or too far forward.
-        """
-        if time < before:
-            raise UsageError(
-                f"time: found {time:g} s after {before:g} s; time must not step back (reset starts again)"
-            )
-        due = round((time - self._first) / self.timestep) - self._steps
-        longest = self._options["longest_gap"]
-        if due > 1 and time - before > longest:
-            raise UsageError(
-                f"time: found {time:g} s after {before:g} s; allowed are at most {longest:g} s between two "
-                "calls (longest_gap); reset starts again"
-            )
-        return due
+        return kind, numbers(commanded, "commanded", (self.count, self.axes), f"one row per robot [{unit}]")
 
     @property
     def velocity(self) -> Array:
@@ -408,10 +361,8 @@ class Controller:
         """Return what robots are to do now, within their force limits, shape (n, p) [N].
 
         It is the force that the last call returned or, once no call has come for longer than
-        `limits.silence`, the
-        stop: forces that bring robots to rest, by what their velocities must be. A driver asks for it in a
-            loop of
-        its own, in any thread; `velocity` goes with it.
+        `limits.silence`, the stop: forces that bring robots to rest, by what their velocities must be. A
+        driver asks for it in a loop of its own, in any thread; `velocity` goes with it.
 
         Args:
             time: Present time, on the clock of the calls [s].
@@ -457,11 +408,7 @@ class Controller:
         It consists of arrays only, for example for `numpy.savez`, and suits every controller of the same
         scenario, start, backend and limits.
         """
-        found = self._backend.save()
-        found["clock"] = np.array([self._first, self._evaluated, self._steps])
-        if self._before is not None:
-            known = self._before._asdict().items()
-            found |= {BEFORE + name: np.array(value) for name, value in known if value is not None}
+        found = self._clock.save()
         if self._guard is not None:
             found |= {GUARD + name: value for name, value in self._guard.save().items()}
         return marked(found, self._mark)
@@ -477,14 +424,10 @@ class Controller:
                 changed; the controller does not change.
         """
         state = checked_arrays(snapshot, self._mark, left_out=("known", "heard_at"))
-        self._backend.load(state)
-        first, evaluated, steps = (float(each) for each in state["clock"])
-        self._first, self._evaluated, self._steps = first, evaluated, round(steps)
-        kept = {name: np.array(state[BEFORE + name]) for name in Knowledge._fields if BEFORE + name in state}
-        self._before = Knowledge(**kept | {"time": float(kept["time"])}) if kept else None  # type: ignore[arg-type]
+        self._clock.load(state)
         if self._guard is not None:
             self._guard.load({name.removeprefix(GUARD): value for name, value in state.items()})
-            self._lost, self.ages = self._guard.watch.out.copy(), self._guard.ages
+            self._clock.lost, self.ages = self._guard.watch.out.copy(), self._guard.ages
 
     state = property(renamed, renamed)
 
