@@ -27,9 +27,10 @@ from escort_mj import api  # noqa: E402
 from escort_mj.record.folder import RunFolder, read_run  # noqa: E402
 from escort_mj.report.video import film  # noqa: E402
 from escort_mj.report.video.encode import VideoFile  # noqa: E402
+from escort_mj.report.video.marks import marks as marks_of  # noqa: E402
 from escort_mj.report.video.overlay import Overlay  # noqa: E402
+from escort_mj.report.video.pen import draw_marks  # noqa: E402
 from escort_mj.report.video.replay import Replay, replay_of  # noqa: E402
-from escort_mj.report.video.scene import Scenery  # noqa: E402
 from escort_mj.report.video.shots import plan_shot  # noqa: E402
 from escort_mj.report.video.video import scenario_video  # noqa: E402
 from escort_mj.scenario.schema.scenario import Video  # noqa: E402
@@ -53,7 +54,6 @@ class Stage(NamedTuple):
     model: mujoco.MjModel
     data: mujoco.MjData
     renderer: mujoco.Renderer
-    scenery: Scenery
     times: list[float]
 
 
@@ -89,12 +89,12 @@ def staged(folder: Path, change: Callable[[mujoco.MjModel], None]) -> Stage:
     """A run made ready for frames."""
     run = read_run(folder)
     replay, video = replay_of(run.trace), scenario_video(run).model_copy(update=SIZE)
-    model = film._model(folder / "model.xml", replay, video)
+    model = film.load_model(folder / "model.xml", replay.qpos.shape[1])
+    film.prepare(model, video.width, video.height, replay.count)
     change(model)
     renderer = mujoco.Renderer(model, video.height, video.width, film.MOST_MARKS)
-    scenery = Scenery(replay, video.speed, video.width)
     times = [replay.time[0] + share * (replay.end - replay.time[0]) for share in MOMENTS]
-    return Stage(replay, video, model, mujoco.MjData(model), renderer, scenery, times)
+    return Stage(replay, video, model, mujoco.MjData(model), renderer, times)
 
 
 def frame(stage: Stage, marked: bool) -> tuple[float, float]:
@@ -110,7 +110,9 @@ def frame(stage: Stage, marked: bool) -> tuple[float, float]:
         stage.renderer.update_scene(stage.data, film._camera(view), film.in_space())
         start = time.process_time()
         if marked:
-            stage.scenery.draw(stage.renderer.scene, moment, replay.avoiding[0], replay.touching[0])
+            flags = replay.avoiding[0], replay.touching[0]
+            given = marks_of(replay, moment, film.TRAIL * video.speed, flags)
+            draw_marks(stage.renderer.scene, given, video.width)
         middle = time.process_time()
         stage.renderer.render()
         marks, rendering = marks + middle - start, rendering + time.process_time() - middle

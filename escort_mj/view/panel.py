@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING
 
 from escort_mj import palette
 from escort_mj.expect.verdicts import Verdict, mark
+from escort_mj.report.video.marks import AHEAD, LAYERS
 from escort_mj.report.video.replay import Flags, Moment, Replay
-from escort_mj.view.stage import AHEAD, GLOW, LAYERS
+from escort_mj.view.stage import GLOW
 from escort_mj.view.tape import failures
 
 if TYPE_CHECKING:

@@ -73,7 +73,7 @@ class Viewer:
         whole = tape.around(tape.reached, tape.reached, MOST_SAMPLES)[1]
         shot = plan_shot(whole, "overview", 45.0, 16 / 9, 2.0)
         out_of_sight = tape.reached < tape.end or np.ptp(shot.look_at, axis=0).max() > 0.1 * whole.radius
-        self._stage = StageView(self._server, tape.model, part, replay)
+        self._stage = StageView(self._server, tape.model, replay)
         self._grips = Grips(self._server, tape.movable, replay.planar, replay.radius)
         self._obstacles = [str(name) for name in part["obstacle"].values]
         self.panel = ControlPanel(
@@ -155,9 +155,8 @@ class Viewer:
         with self._server.atomic():
             if panel.changed:
                 panel.changed = False
-                self._stage.show()
                 self._grips.show(panel.grips)
-            moment = self._stage.draw(part, replay, self.now)
+            moment = self._stage.draw(replay, self.now)
             self._grips.follow(
                 {"target": moment.target} | dict(zip(self._obstacles, moment.obstacles, strict=True))
             )

@@ -10,9 +10,9 @@ from escort_mj.record.folder import read_run
 from escort_mj.report.figures import paths, timelines
 from escort_mj.report.figures.drawing import curves, style
 from escort_mj.report.figures.figures import draw_figures
+from escort_mj.report.video.marks import marks
 from escort_mj.report.video.pen import Pen
 from escort_mj.report.video.replay import replay_of
-from escort_mj.report.video.scene import Scenery
 
 COUNT = palette.MOST_LINES + 20
 GEOM = mujoco.mjtGeom
@@ -75,11 +75,5 @@ def test_a_disc_is_a_closed_fan_of_the_right_size() -> None:
 def test_neighbors_in_a_crowd_are_linked_once_they_are_near(make_run) -> None:
     trace = read_run(make_run(count=COUNT, samples=60, spread=lambda time: 5.0 * np.exp(-time))).trace
     replay = replay_of(trace)
-    scenery = Scenery(replay, 1.0, 1280)
-    scene = mujoco.MjvScene(mujoco.MjModel.from_xml_string("<mujoco/>"), 5000)
-    lines = []
-    for time in (0.0, 5.9):
-        scene.ngeom = 0
-        scenery._links(Pen(scene), replay.at(time))
-        lines.append(scene.ngeom)
+    lines = [sum(mark.layer == "links" for mark in marks(replay, replay.at(time))) for time in (0.0, 5.9)]
     assert lines == [0, COUNT]

@@ -18,9 +18,10 @@ from escort_mj import api
 from escort_mj.cli import app
 from escort_mj.errors import UsageError
 from escort_mj.palette import robot_colors
+from escort_mj.report.video.marks import LAYERS, marks
 from escort_mj.report.video.replay import replay_of
 from escort_mj.scenario import parse_scenario
-from escort_mj.view.stage import LAYERS, linear
+from escort_mj.view.stage import linear
 from escort_mj.view.tape import Live, Stored, failures
 from escort_mj.view.viewer import Viewer
 from tests.report.browser import needs_browser
@@ -127,7 +128,9 @@ def test_a_dragged_target_is_where_it_was_left(viewer, tape) -> None:
 
 def test_layers_are_switched(viewer) -> None:
     stage = viewer._stage
-    assert all(stage._handles[layer] for layer in LAYERS)
+    viewer.tick(0.1)
+    seen = {name[0] for name, node in stage._nodes.items() if node.visible}
+    assert seen == {"trails", "velocities", "safe", "links", "escort", "numbers"}
     for layer, box in viewer.panel.layers.items():
         if layer not in LAYERS:
             continue
@@ -135,8 +138,8 @@ def test_layers_are_switched(viewer) -> None:
     wait(lambda: viewer.panel.changed, "a change")
     time.sleep(0.1)  # callbacks come one by one
     viewer.tick(0.0)
-    hidden = [not handle.visible for layer in LAYERS for handle in stage._handles[layer]]
-    assert all(hidden) and not any(stage.shown[layer] for layer in LAYERS)
+    assert not any(node.visible for node in stage._nodes.values())
+    assert not any(stage.shown[layer] for layer in LAYERS)
 
 
 def test_bodies_are_where_the_run_has_them(viewer, tape) -> None:
@@ -147,7 +150,7 @@ def test_bodies_are_where_the_run_has_them(viewer, tape) -> None:
     bodies = np.concatenate([handle.batched_positions for _, handle in viewer._stage._bodies])
     for place in (*moment.robots, moment.target, *moment.obstacles):
         assert np.abs(bodies - place).max(axis=1).min() < 1e-5
-    arrows = viewer._stage._arrows.points
+    arrows = viewer._stage._nodes["velocities", "arrows"].points
     np.testing.assert_allclose(arrows[:, 0], moment.robots, atol=1e-5)
     along = (arrows[:, 1] - arrows[:, 0])[:, :2]
     np.testing.assert_allclose(along, 3.0 * part["v_d"].values[moment.sample], atol=1e-4)
@@ -160,14 +163,18 @@ def test_what_robots_know_is_seen(viewer) -> None:
     for heard in ([[2], [0], [0], [0], [0]], 0):
         trace = make_trace([0.0, 1.0], robots=5, q=places, heard_from=heard, **known)
         replay = replay_of(trace)
-        stage._draw_events(replay, replay.at(0.5))
-        ends.append(stage._links.points[..., :2].copy())
-    np.testing.assert_allclose(ends[0], places[None, :2], atol=1e-6)
-    assert not ends[1].any(), "none that was there before"
-    np.testing.assert_allclose(stage._sight.points[0, :, :2], [places[1], [0, 0]], atol=1e-6)
-    np.testing.assert_array_equal(stage._sight.colors[0, 0], linear(np.array(robot_colors(5)[1])))
-    np.testing.assert_allclose(stage._ghosts.batched_positions[:, :2], np.tile([1.0, 2.0], (5, 1)))
-    assert (stage._ghosts.batched_scales > 0.1).all()
+        stage._draw_marks(marks(replay, replay.at(0.5)))
+        links = stage._nodes["links", "lines", "1.5"]
+        ends.append((links.points[..., :2].copy(), links.visible))
+    np.testing.assert_allclose(ends[0][0], places[None, :2], atol=1e-6)
+    assert ends[0][1] and not ends[1][1], "none that was there before"
+    sight = stage._nodes["knowledge", "lines", "2"]
+    np.testing.assert_allclose(sight.points[0, 0, :2], places[1], atol=1e-6)
+    faint = 1.0 - 0.9 * (1.0 - np.array(robot_colors(5)[1]))
+    np.testing.assert_array_equal(sight.colors[0, 0], linear(faint))
+    ghosts = stage._nodes["knowledge", "balls"]
+    np.testing.assert_allclose(ghosts.batched_positions[:, :2], np.tile([1.0, 2.0], (5, 1)))
+    assert (ghosts.batched_scales > 0.1).all()
 
 
 def test_colors_in_linear_light() -> None:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import base64
 import math
+from collections import defaultdict
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 import mujoco
@@ -14,10 +16,10 @@ from escort_mj import palette
 from escort_mj.palette import LOST
 from escort_mj.record.episodes import apart_from
 from escort_mj.record.folder import MODEL, StoredRun
+from escort_mj.report.video.marks import LAYERS, Mark, marks
 from escort_mj.report.video.replay import Replay, replay_of
 from escort_mj.report.video.shots import plan_shot
 from escort_mj.report.video.solids import floor_of, load_model, places, pose, solids_of
-from escort_mj.scenario.geometry.shapes import in_space, outward
 
 if TYPE_CHECKING:
     import xarray
@@ -28,7 +30,7 @@ MOST_NUMBERS = 600_000  # coordinates of all moments together: two bytes each, a
 FEWEST, MOST = 60, 1500  # moments
 FIELD_OF_VIEW, ASPECT = 45.0, 16 / 9
 STEPS = 65535
-AVOIDING, TOUCHING, GONE = 1, 2, 4
+LEFT_OUT = {"grid", "velocities", "numbers", "returns"}
 BEYOND = 30.0  # radii of the mission around it; what drifts farther away is shown at this rim
 
 
@@ -54,18 +56,18 @@ def replay_data(run: StoredRun, speed: float) -> dict[str, Any]:
     model = load_model(run.path / MODEL, replay.qpos.shape[1])
     data = mujoco.MjData(model)
     solids = solids_of(model)
-    rows = _moments(replay, len(solids.geoms))
+    rows = _moments(replay, len(solids.geoms) + replay.estimates.shape[1])
     positions = np.empty((len(rows), len(solids.geoms), 3))
     turns = np.empty((len(rows), len(solids.geoms), 4))
     for moment, row in enumerate(rows):
         pose(model, data, replay.qpos[row], replay.target[row])
         positions[moment], turns[moment] = places(model, data, solids.geoms)
     tracks = _Tracks(replay, rows)
+    drawn = [*_marks(replay, rows, tracks)]
     crowd = replay.count > palette.MOST_LINES
     floor = floor_of(model)
     lowest = float(replay.target[:, 2].min() - 1.4 * replay.radius)
     view = plan_shot(replay, "overview", FIELD_OF_VIEW, ASPECT, 2.0).view(float(replay.time[0]))
-    flags = AVOIDING * replay.avoiding + TOUCHING * replay.touching + GONE * replay.lost
     return {
         "time": packed(replay.time[rows], "<f4"),
         "meshes": [
@@ -82,21 +84,15 @@ def replay_data(run: StoredRun, speed: float) -> dict[str, Any]:
         },
         "robots": [] if crowd else [tracks.number(way) for way in replay.robots[rows].swapaxes(0, 1)],
         "target": tracks.number(replay.target[rows]),
-        "obstacles": [tracks.number(way) for way in replay.obstacles[rows].swapaxes(0, 1)],
-        "obstacle_radius": replay.obstacle_radius.tolist(),
-        "safe_radius": replay.safe_radius.tolist(),
-        "rims": _rims(replay),
-        "flags": packed(_raised(flags, rows), "<u1"),
+        "marks": drawn,
+        "layers": {layer: LAYERS[layer] for layer in LAYERS if any(one["layer"] == layer for one in drawn)},
+        "lost": packed(replay.lost[rows], "<u1"),
         "count": replay.count,
         "colors": replay.colors(0),
         "lost_color": LOST,
-        "contact_color": palette.CONTACT,
-        "target_color": palette.TARGET,
         "robot_radius": replay.robot_radius.tolist(),
         "target_radius": replay.target_radius,
         "radius": replay.radius,
-        "links": [] if crowd else _links(replay, rows),
-        "planar": replay.planar,
         "floor": [*floor[0], *floor[1]] if floor else [*view.look_at[:2], lowest, 1.0, 0.0, 0.0, 0.0],
         "camera": [*view.look_at, view.distance, math.radians(view.azimuth), math.radians(view.elevation)],
         "field_of_view": math.radians(FIELD_OF_VIEW),
@@ -114,9 +110,10 @@ class _Tracks:
 
     def __init__(self, replay: Replay, rows: NDArray[np.int64]) -> None:
         reach = BEYOND * replay.radius
-        every = np.concatenate(
-            [replay.robots[rows].reshape(-1, 3), replay.target[rows], replay.obstacles[rows].reshape(-1, 3)]
-        )
+        self._ways = np.concatenate(
+            [replay.robots, replay.target[:, None], replay.obstacles, replay.team_centers], axis=1
+        )[rows]
+        every = self._ways.reshape(-1, 3)
         margin = replay.radius + replay.robot_radius.max()
         self.low = np.maximum(every.min(axis=0), replay.target.min(axis=0) - reach) - margin
         self.high = np.minimum(every.max(axis=0), replay.target.max(axis=0) + reach) + margin
@@ -131,6 +128,14 @@ class _Tracks:
         share = np.clip((way - self.low) / (self.high - self.low), 0.0, 1.0)
         steps = np.round(STEPS * share).astype(np.uint16)
         return self._found.setdefault(steps.tobytes(), (len(self._found), steps))[0]
+
+    def number_of_part(self, way: Array, when: NDArray[np.int64]) -> int:
+        """The same of a way that is known at some moments only, shape (k, 3): a body's, if one was there."""
+        for body in np.flatnonzero((self._ways[when[0]] == way[0]).all(axis=1)):
+            if np.array_equal(self._ways[when, body], way):
+                return self.number(self._ways[:, body])
+        known = np.clip(np.searchsorted(when, np.arange(len(self._ways)), side="right") - 1, 0, None)
+        return self.number(way[known])
 
     def packed(self) -> str:
         """All tracks, one after another, each as (moments, 3)."""
@@ -154,23 +159,40 @@ def _turning(way: Array) -> str | list[float]:
     return packed(np.round(32767 * way * np.concatenate([[1.0], sign])[:, None]), "<i2")
 
 
-def _raised(flags: NDArray[np.int64], rows: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Flags at the moments, with all that were raised since the moment before."""
-    starts = np.concatenate([[0], rows[:-1] + 1])
-    return np.bitwise_or.reduceat(flags, starts, axis=0)
+def _marks(replay: Replay, rows: NDArray[np.int64], tracks: _Tracks) -> Iterator[dict[str, Any]]:
+    """Each mark once: where its points are, when it is shown, and from which moments on how it looks.
 
-
-def _links(replay: Replay, rows: NDArray[np.int64]) -> list[list[Any]]:
-    """From which moment on who is whose neighbor."""
-    return [[int(np.searchsorted(rows, start)), pairs.tolist()] for start, pairs in replay.formations]
-
-
-def _rims(replay: Replay) -> list[list[list[float]]]:
-    """Outlines of what keeps robots off obstacles that are no circles, relative to their centers [m]."""
-    if not replay.planar or not replay.outlines.shape[1]:
-        return []
-    rims = replay.outlines + replay.safe_radius[:, None, None] * in_space(outward(2))
-    return [np.round(rim, 4).tolist() for rim in rims]
+    What cannot be told so briefly is left out: velocities, returns of lidars and links of crowds. The replay
+    draws numbers and the grid by itself.
+    """
+    starts = np.concatenate([[0], rows[:-1] + 1])  # of what was raised since the moment before
+    avoiding, touching = (
+        np.logical_or.reduceat(one, starts, axis=0) for one in (replay.avoiding, replay.touching)
+    )
+    left_out = LEFT_OUT | ({"links"} if replay.count > palette.MOST_LINES else set())
+    found: dict[tuple[str, str], dict[int, Mark]] = defaultdict(dict)
+    for number, row in enumerate(rows):
+        moment = replay.at(float(replay.time[row]))
+        for mark in marks(replay, moment, trail=0.0, flags=(avoiding[number], touching[number])):
+            if mark.layer not in left_out:
+                found[mark.layer, mark.name][number] = mark
+    for (layer, _), its in found.items():
+        mark, when = next(iter(its.values())), np.array([*its])
+        ways = np.stack([one.points for one in its.values()], axis=1)
+        rigid = bool(np.ptp(ways - ways[0], axis=1).max() < 1e-6)
+        looks: list[tuple[int, list[float]]] = []
+        for number, one in its.items():
+            look = [*np.round(one.color, 4).tolist(), one.alpha, float(one.radius)]
+            if not looks or looks[-1][1] != look:
+                looks.append((number, look))
+        shown = np.isin(np.arange(len(rows)), when)
+        yield {
+            **{"layer": layer, "kind": mark.kind, "width": mark.width, "height": mark.height},
+            **{"dashed": mark.dashed, "normal": mark.normal, "looks": looks},
+            "shown": "" if shown.all() else packed(shown, "<u1"),
+            "points": [tracks.number_of_part(way, when) for way in (ways[:1] if rigid else ways)],
+            "rim": np.round(ways[:, 0] - ways[0, 0], 5).tolist() if rigid and len(ways) > 1 else [],
+        }
 
 
 def _contacts(trace: xarray.Dataset) -> list[float]:

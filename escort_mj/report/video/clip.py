@@ -67,7 +67,7 @@ def _telling(verdict: dict[str, Any]) -> tuple[bool, int]:
     return verdict.get("time") is not None, len(verdict.get("bodies") or ())
 
 
-class Marks:
+class Rings:
     """Rings around the bodies that a clip is about, and around where two of them are nearest.
 
     Attributes:
@@ -118,11 +118,8 @@ class Marks:
             planar: Whether rings lie flat, or face the camera.
             width: Of the picture [pixel].
         """
-        pen, camera = Pen(scene), scene.camera[0]
-        across, up = np.eye(3)[:2]
-        if not planar:
-            up = np.array(camera.up, dtype=float)
-            across = np.cross(np.array(camera.forward, dtype=float), up)
+        pen = Pen(scene)
+        across, up = np.eye(3)[:2] if planar else pen.facing
         line, small = 4.0 * max(width / 1280.0, 0.5), min(self._radius, default=0.0)
         for body, radius in zip(self._bodies, self._radius, strict=True):
             if radius <= LARGE * small:

@@ -12,10 +12,11 @@ from numpy.typing import NDArray
 from escort_mj.errors import RenderError
 from escort_mj.palette import LOST, MOST_DISTINCT
 from escort_mj.report.video.camera import View
-from escort_mj.report.video.clip import Clip, Marks
+from escort_mj.report.video.clip import Clip, Rings
+from escort_mj.report.video.marks import marks
 from escort_mj.report.video.overlay import Overlay
+from escort_mj.report.video.pen import draw_marks
 from escort_mj.report.video.replay import Moment, Replay
-from escort_mj.report.video.scene import Scenery
 from escort_mj.report.video.shots import Viewpoint, plan_shot
 from escort_mj.report.video.solids import load_model, pose
 from escort_mj.scenario.schema.scenario import Video
@@ -23,6 +24,7 @@ from escort_mj.scenario.schema.scenario import Video
 Pixels = NDArray[np.uint8]
 
 ENDING = 1.5  # how long the last frame stays, with how the run ended [s of the video]
+TRAIL = 8.0  # how long trails are [s of the video]
 GLOW = 0.5  # how long a short event stays visible [s of the video]
 CALM = 2.0  # how slowly a gliding camera answers [s of the video]
 MOST_MARKS = 20000
@@ -76,17 +78,17 @@ class Film:
         self._glow = GLOW * video.speed
         self._aspect = video.width / video.height
         stand, angle = Viewpoint(video.azimuth, video.elevation, video.distance), model.vis.global_.fovy
-        self._scenery = Scenery(replay, video.speed, video.width)
+        self._trail = TRAIL * video.speed
         self._overlay = Overlay(title, video.speed, replay.count, self.size)
         self._ends = clip is not None or end >= replay.end
         self.held = math.ceil(ENDING * video.rate) if clip is None and self._ends else 0
         if clip is None:
-            self._marks = None
+            self._rings = None
             shown = replay.between(start, end)
             self._shot = plan_shot(shown, video.camera, angle, self._aspect, CALM * video.speed, stand)
         else:
-            self._marks = Marks(clip, model, self._data)
-            self._shot = self._marks.shot(replay, self._posed, self._aspect)
+            self._rings = Rings(clip, model, self._data)
+            self._shot = self._rings.shot(replay, self._posed, self._aspect)
 
     def __enter__(self) -> Film:
         width, height = self.size
@@ -98,7 +100,7 @@ class Film:
 
     def frame(self, index: int) -> Pixels:
         """Draw one of the frames at `times`, shape (height, width, 3)."""
-        replay, marks = self._replay, self._marks
+        replay, rings = self._replay, self._rings
         moment = self._posed(float(self.times[index]))
         colors = replay.colors(moment.sample)
         self._overlay.paint(colors)
@@ -114,12 +116,11 @@ class Film:
         self._model.stat.extent = view.distance  # near and far limits of the view are given in it
         self._renderer.update_scene(self._data, _camera(view), in_space())
         skip_sky(scene, self._aspect)
-        if marks is None:
-            self._scenery.draw(scene, moment, avoiding, touching)
-        else:  # rings instead of halos
-            nobody = np.zeros(replay.count, dtype=bool)
-            self._scenery.draw(scene, moment, nobody, nobody)
-            marks.draw(scene, moment.time, replay.planar, self.size[0])
+        halos = None if rings else (avoiding, touching)
+        forward = np.array(scene.camera[0].forward, dtype=float)
+        draw_marks(scene, marks(replay, moment, self._trail, halos, forward), self.size[0])
+        if rings:
+            rings.draw(scene, moment.time, replay.planar, self.size[0])
         frame: Pixels = self._renderer.render()
         last = self._ends and index == len(self.times) - 1
         ending = self._ending if self._clip is not None or last else None

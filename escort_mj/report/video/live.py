@@ -163,8 +163,9 @@ class _Easel:
         import mujoco
 
         from escort_mj.report.video.film import GLOW, in_space
+        from escort_mj.report.video.marks import marks
+        from escort_mj.report.video.pen import draw_marks
         from escort_mj.report.video.replay import replay_of
-        from escort_mj.report.video.scene import Scenery
         from escort_mj.report.video.solids import pose
 
         known = np.concatenate([self._samples, samples])
@@ -175,7 +176,9 @@ class _Easel:
         mujoco.mj_camlight(self._model, self._data)
         self._renderer.update_scene(self._data, CAMERAS[self._subject.camera], in_space())
         avoiding, touching = (replay.lately(f, moment, GLOW) for f in (replay.avoiding, replay.touching))
-        Scenery(replay, 1.0, self._width).draw(self._renderer.scene, moment, avoiding, touching)
+        scene = self._renderer.scene
+        forward = np.array(scene.camera[0].forward, dtype=float)
+        draw_marks(scene, marks(replay, moment, TRAIL, (avoiding, touching), forward), self._width)
         return np.asarray(self._renderer.render())
 
     def close(self) -> None:

@@ -1,4 +1,4 @@
-"""Lines, balls and discs drawn into MuJoCo's scene beside the model.
+"""Marks drawn into MuJoCo's scene beside the model.
 
 Everything long is made of mjGEOM_LINE, which costs a software renderer almost nothing; capsules cost
 forty times as much. So do cylinders, hundreds of faces each: discs are made of a few triangles.
@@ -7,7 +7,7 @@ forty times as much. So do cylinders, hundreds of faces each: discs are made of 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from functools import cache
 
 import mujoco
@@ -15,12 +15,59 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.palette import Color
+from escort_mj.report.video.marks import Mark
 
 Array = NDArray[np.float64]
+
+DASHES = 24  # pieces of a dashed line, gaps included
 
 _IDENTITY = np.eye(3).ravel()
 _ORIGIN = np.zeros(3)
 _UNIT = np.ones(3)
+
+
+def draw_marks(scene: mujoco.MjvScene, given: Iterable[Mark], width: int) -> None:
+    """Add marks to a scene that was just updated from the data; arrows and texts are left out.
+
+    Args:
+        scene: MuJoCo's scene.
+        given: The marks.
+        width: Of the picture [pixel].
+    """
+    pen, pixel = Pen(scene), max(width / 1280.0, 0.5)
+    for mark in given:
+        if mark.kind in ("line", "trail", "circle"):
+            pen.path(path_of(mark), mark.color, pixel * mark.width, opacity_of(mark), mark.dashed)
+        elif mark.kind == "outline":
+            ring = circle(mark.placed[0], mark.radius, mark.pieces, *pen.facing)
+            pen.path(ring, mark.color, pixel * mark.width, mark.alpha)
+        elif mark.kind == "ball":
+            pen.ball(mark.placed[0], mark.radius, mark.color, mark.alpha)
+        elif mark.kind == "disc":
+            pen.disc(mark.placed[0], mark.radius, mark.color, mark.alpha, mark.pieces)
+
+
+def path_of(mark: Mark) -> Array:
+    """Points that a line, a trail or a circle goes through, shape (k, 3) [m]."""
+    points = mark.placed
+    if mark.kind == "circle":
+        return circle(points[0], mark.radius, mark.pieces, *np.delete(np.eye(3), mark.normal, axis=0))
+    return np.linspace(points[0], points[-1], DASHES) if mark.dashed else points
+
+
+def opacity_of(mark: Mark) -> float | Array:
+    """Opacity of each piece of a line, shape (k - 1,), or of all: trails fade."""
+    return np.linspace(0.05, 0.9, max(len(mark.points) - 1, 0)) if mark.kind == "trail" else mark.alpha
+
+
+def lines_of(mark: Mark) -> tuple[Array, Array]:
+    """Pieces of a line and their colors on white, shape (k, 2, 3) each [m]."""
+    path = path_of(mark)
+    pieces = np.stack([path[:-1], path[1:]], axis=1)
+    fading = np.broadcast_to(opacity_of(mark), len(pieces))[:, None, None]
+    inks = np.broadcast_to(1.0 - fading * (1.0 - np.array(mark.color)), pieces.shape)
+    step = 2 if mark.dashed else 1
+    return pieces[::step], inks[::step]
 
 
 class Pen:
@@ -32,6 +79,13 @@ class Pen:
 
     def __init__(self, scene: mujoco.MjvScene) -> None:
         self.scene = scene
+
+    @property
+    def facing(self) -> tuple[Array, Array]:
+        """Unit vectors of the camera's picture, across and up."""
+        camera = self.scene.camera[0]
+        up = np.array(camera.up, dtype=float)
+        return np.cross(np.array(camera.forward, dtype=float), up), up
 
     def path(
         self, points: Array, color: Color, width: float, alpha: float | Array = 1.0, dashed: bool = False

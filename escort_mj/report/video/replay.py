@@ -27,7 +27,7 @@ OVER_TIME = (
         "goals",
     )  # which fields of a replay have a row per sample
     + ("avoiding", "touching", "obstacles", "lost", "estimates", "seen", "heard", "returns")
-    + ("kept", "members", "team_centers", "team_radius", "target_teams")
+    + ("kept", "members", "team_centers", "team_radius", "target_teams", "wish", "ruling")
 )
 
 
@@ -99,6 +99,9 @@ class Replay:
         team_centers: Middle of the targets of each team, shape (T, teams, 3) [m].
         team_radius: Distance that each keeps from there, shape (T, teams) [m].
         ghost_radius: Of what shows where a robot believes its target: that of the smallest target [m].
+        wish: Velocities that the tasks ask for, shape (T, n, 3) [m/s].
+        ruling: Task that rules a robot, from 0, negative for none, shape (T, n).
+        behaviors: Names of the tasks.
         planar: Whether the mission has two axes.
     """
 
@@ -131,6 +134,9 @@ class Replay:
     team_centers: Array
     team_radius: Array
     ghost_radius: float
+    wish: Array
+    ruling: Array
+    behaviors: tuple[str, ...]
     planar: bool
 
     @property
@@ -264,6 +270,7 @@ def replay_of(trace: Recorded) -> Replay:
             np.concatenate([values, np.full((*values.shape[:-1], 1), height)], axis=-1) if planar else values
         )
 
+    wish = trace["v_d"].values[..., :3]
     robots, target = in_space("q"), in_space("target_position")
     goals = in_space("goal") if "goal" in trace else robots[:, :0]
     informed, teams = "target_estimate" in trace, "member_of" in trace
@@ -306,6 +313,9 @@ def replay_of(trace: Recorded) -> Replay:
         team_centers=in_space("team_center") if teams else robots[:, :0],
         team_radius=trace["team_radius"].values if teams else np.zeros((len(robots), 0)),
         ghost_radius=GHOST * _target_size(trace, targets),
+        wish=wish if not planar else np.pad(wish, ((0, 0), (0, 0), (0, 1))),
+        ruling=trace["ruling"].values,
+        behaviors=tuple(map(str, trace["behavior"].values)),
         planar=planar,
     )
 

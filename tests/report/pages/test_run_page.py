@@ -9,11 +9,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from escort_mj import palette
 from escort_mj.errors import RenderError
 from escort_mj.record.folder import read_run
 from escort_mj.record.outcome import Outcome
 from escort_mj.report.pages.html import Table, asset, page
-from escort_mj.report.pages.replay_data import GONE, replay_data
+from escort_mj.report.pages.replay_data import replay_data
 from escort_mj.report.pages.run_page import SCRIPTS, write_run_page
 from escort_mj.report.pages.signals_data import signals_data
 from escort_mj.report.video.replay import replay_of
@@ -112,7 +113,8 @@ def test_the_replay_is_what_was_recorded(make_run, count: int, axes: int, obstac
         (part,) = (k for k, owner in enumerate(solids["robot"]) if owner == robot)
         np.testing.assert_allclose(tracks[solids["place"][part]], replay.robots[:, robot], atol=exact)
     assert len(tracks) == count + 1  # a robot's body is where the robot is
-    still = [data["still"][-1 - place] for place in data["obstacles"]]
+    places = [solids["place"][k] for k, owner in enumerate(solids["robot"]) if owner < 0]
+    still = [data["still"][-1 - place] for place in places if place < 0]
     np.testing.assert_allclose(np.reshape(still, (-1, 3)), replay.obstacles[0], atol=1e-5)
 
 
@@ -122,12 +124,19 @@ def test_short_events_and_losses_survive_thinning(make_run, monkeypatch) -> None
     run = read_run(make_run(count=4, lost=lost))
     for name in ("FEWEST", "MOST"):
         monkeypatch.setattr(f"escort_mj.report.pages.replay_data.{name}", 7)
+    touching = np.zeros((60, 4), dtype=bool)
+    touching[17, 1] = True
+    monkeypatch.setattr("escort_mj.report.video.replay.touched", lambda trace: touching)
     data = replay_data(run, 1.0)
     time = whole(data["time"], "<f4")
-    flags = whole(data["flags"], "<u1").reshape(len(time), 4)
+    gone = whole(data["lost"], "<u1").reshape(len(time), 4)
     assert len(time) == 7 and time[-1] == pytest.approx(5.9)
-    np.testing.assert_array_equal((flags & GONE).any(axis=0), [False, False, True, False])
-    assert time[np.argmax(flags[:, 2] & GONE)] >= 3.1
+    np.testing.assert_array_equal(gone.any(axis=0), [False, False, True, False])
+    assert time[np.argmax(gone[:, 2])] >= 3.1
+    halos = [mark for mark in data["marks"] if mark["layer"] == "contacts" and mark["kind"] == "ball"]
+    (halo,) = (mark for mark in halos if mark["looks"][0][1][:3] == np.round(palette.CONTACT, 4).tolist())
+    assert time[whole(halo["shown"], "<u1") > 0].tolist() == [time[np.argmax(time >= 1.7)]]
+    assert halo["points"] == [data["robots"][1]], "it goes with its robot"
 
 
 def test_signals_keep_the_worst_of_each_bin(make_run, monkeypatch) -> None:

@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 from escort_mj import palette
+from escort_mj.report.video.marks import marks as marks_of
+from escort_mj.report.video.pen import draw_marks
 from escort_mj.report.video.replay import replay_of
-from escort_mj.report.video.scene import Scenery
 from tests.synthetic import make_trace
 
 TIME = np.array([0.0, 1.0, 2.0])
@@ -20,8 +21,8 @@ def marks(kind: int, color: palette.Color, opponents: int = 0, **given: object) 
     """How many marks of a kind and color a moment has."""
     replay = replace(replay_of(make_trace(TIME, robots=3, q=PLACES, **given)), opponents=opponents)
     model = mujoco.MjModel.from_xml_string("<mujoco/>")
-    scene, nobody = mujoco.MjvScene(model, 2000), np.zeros(3, dtype=bool)
-    Scenery(replay, 1.0, 1280).draw(scene, replay.at(0.5), nobody, nobody)
+    scene = mujoco.MjvScene(model, 2000)
+    draw_marks(scene, marks_of(replay, replay.at(0.5)), 1280)
     inks = [geom.rgba[:3] for geom in scene.geoms[: scene.ngeom] if geom.type == kind]
     return sum(np.allclose(ink, color, atol=1e-6) for ink in inks)
 

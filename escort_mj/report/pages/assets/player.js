@@ -27,14 +27,15 @@ class Player {
     this.camera = new Camera(data.camera, data.field_of_view);
     this.playing = false;
     this.followed = null;
-    this.shown = { trails: true, links: true, safe: true, ring: true, numbers: data.count <= 12, trail: 8 * data.speed };
+    this.shown = { numbers: data.count <= 12, trail: 8 * data.speed };
+    for (const layer in data.layers) this.shown[layer] = true;
     this.controls(data);
     this.mouse();
     new ResizeObserver(() => this.draw()).observe(this.stage);
     this.update();
   }
 
-  controls({ speed, count, contacts, robots, target_radius }) {
+  controls({ speed, count, contacts, robots, target_radius, layers }) {
     const { start, end } = this.record;
     this.button = element("button", { type: "button", class: "play", title: "play or pause (space)" }, "Play");
     this.button.addEventListener("click", () => this.toggle());
@@ -57,8 +58,7 @@ class Player {
       this.follow.value = "";
       this.draw();
     });
-    const names = { trails: "trails", links: "neighbors", safe: "safe distances" };
-    if (target_radius > 0) names.ring = "escort radius";
+    const names = { ...layers };
     if (count <= 60) names.numbers = "numbers";
     const boxes = Object.entries(names).map(([key, name]) => {
       const box = element("input", { type: "checkbox", name: key });

@@ -11,7 +11,8 @@ class Record {
   constructor(data) {
     Object.assign(this, data);
     this.time = unpack(data.time, Float32Array);
-    this.flags = unpack(data.flags, Uint8Array);
+    this.lost = unpack(data.lost, Uint8Array);
+    for (const mark of this.marks) mark.shown = mark.shown && unpack(mark.shown, Uint8Array);
     this.steps = unpack(data.tracks, Uint16Array);
     this.solids.turn = data.solids.turn.map(turn => typeof turn === "string" ? unpack(turn, Int16Array) : turn);
     this.last = this.time.length - 1;
@@ -55,13 +56,19 @@ class Record {
     return now.map(x => x / length);
   }
 
-  raised(robot, flag) { return (this.flags[this.row * this.count + robot] & flag) !== 0; }
+  isLost(robot) { return this.lost[this.row * this.count + robot] !== 0; }
 
-  pairs() {
-    let found = [];
-    for (const [row, pairs] of this.links) if (row <= this.row) found = pairs;
+  look(mark) {  // red, green, blue, opacity and radius of a mark now; nothing where it is not seen
+    if (mark.shown && !mark.shown[this.row]) return null;
+    let found = mark.looks[0][1];
+    for (const [row, look] of mark.looks) if (row <= this.row) found = look;
     return found;
   }
-}
 
-const AVOIDING = 1, TOUCHING = 2, LOST = 4;
+  points(mark, row = null) {  // of a mark, now or at a recorded moment
+    const { rim, height } = mark;
+    let points = mark.points.map(place => row === null ? this.place(place) : this.at(place, row));
+    if (rim.length) points = rim.map(from => from.map((x, k) => x + points[0][k]));
+    return height === null ? points : points.map(([x, y]) => [x, y, height]);
+  }
+}

@@ -1,8 +1,12 @@
-// What is seen of a run at one moment: bodies, trails, links, safe distances, the escort circle.
+// What is seen of a run at one moment: bodies, and the marks of marks.py.
 "use strict";
 
 const UPRIGHT = [1, 0, 0, 0];
-const PIECES = 64;
+const PIECES = 96;
+const AROUND = [[1, 2], [0, 2], [0, 1]];  // axes of a circle, by the one that it goes around
+
+const dashes = (from, to, pieces = 24) =>
+  Array.from({ length: pieces }, (_, k) => from.map((x, i) => x + k / (pieces - 1) * (to[i] - x)));
 
 class Scene {
   constructor(record) {
@@ -50,8 +54,6 @@ class Scene {
     return lines;
   }
 
-  ground(place, height) { return [place[0], place[1], this.record.floor[2] + height]; }
-
   ring(center, radius, color, width, axes = [0, 1], dashed = false) {
     const lines = [], at = ([cos, sin]) => {
       const place = [...center];
@@ -65,87 +67,51 @@ class Scene {
   }
 
   draw(canvas, shown, pixel) {
-    const record = this.record, { solids, planar } = record;
+    const record = this.record, { solids } = record;
     const batches = canvas.meshes.map(() => []), veils = canvas.meshes.map(() => []);
     solids.place.forEach((place, k) => {
       const robot = solids.robot[k];
-      const color = robot >= 0 && record.raised(robot, LOST) ? [...record.lost_color, 1] : solids.color[k];
+      const color = robot >= 0 && record.isLost(robot) ? [...record.lost_color, 1] : solids.color[k];
       (color[3] < 1 ? veils : batches)[solids.mesh[k]].push(
         ...record.place(place), ...record.turn(solids.turn[k]), ...solids.scale[k], ...color);
     });
     batches.forEach((numbers, mesh) => canvas.solids(mesh, numbers));
 
-    const target = record.place(record.target), lines = [...this.grid];
-    const robots = record.robots.map(place => record.place(place));
-    const discs = [], balls = [];
-    const disc = (place, radius, alpha, color = [0, 0, 0]) => discs.push(
-      ...this.ground(place, 0.004), ...UPRIGHT, radius, radius, 1e-3, ...color, alpha);
-    if (record.floor[3] > 0.99999) {
-      robots.forEach((place, k) => disc(place, 1.15 * record.robot_radius[k], 0.16));
-      record.obstacles.forEach((place, k) => disc(record.place(place), 1.1 * record.obstacle_radius[k], 0.16));
-      if (record.target_radius > 0) disc(target, 1.15 * record.target_radius, 0.16);
+    const lines = [...this.grid], discs = [], balls = [];
+    for (const mark of record.marks) {
+      const look = shown[mark.layer] === false ? null : record.look(mark);
+      if (!look) continue;
+      const color = look.slice(0, 4), radius = look[4], width = mark.width * pixel, points = record.points(mark);
+      if (mark.kind === "disc" && record.floor[3] > 0.99999)
+        discs.push(...points[0], ...UPRIGHT, radius, radius, 1e-3, ...color);
+      else if (mark.kind === "ball") balls.push(...points[0], ...UPRIGHT, radius, radius, radius, ...color);
+      else if (mark.kind === "circle")
+        lines.push(...this.ring(points[0], radius, color, width, AROUND[mark.normal], mark.dashed));
+      else if (mark.kind === "outline")
+        for (const axes of AROUND) lines.push(...this.ring(points[0], radius, [...color.slice(0, 3), 0.3], width, axes));
+      else if (mark.kind === "trail") this.trail(lines, mark, color, shown.trail, width);
+      else if (mark.kind === "line") this.line(lines, mark.dashed ? dashes(...points) : points, color, width, mark.dashed);
     }
-    if (shown.safe) this.safe(lines, disc, pixel);
-    if (shown.ring && record.target_radius > 0) this.escort(target, lines, balls, pixel);
-    if (shown.links)
-      for (const [a, b] of robots.length ? record.pairs() : [])
-        lines.push(...robots[a], ...robots[b], 0.3, 0.3, 0.3, 0.4, 1.5 * pixel);
-    if (shown.trails) this.trails(lines, shown.trail, pixel);
-    robots.forEach((place, k) => {
-      const touching = record.raised(k, TOUCHING);
-      if (!touching && !record.raised(k, AVOIDING)) return;
-      const color = touching ? record.contact_color : record.colors[k], size = 2.2 * record.robot_radius[k];
-      balls.push(...place, ...UPRIGHT, size, size, size, ...color, 0.3);
-      if (planar) lines.push(...this.ring(place, size, [...color, 0.9], 2 * pixel));
-    });
     canvas.solids(this.ball, discs, { flat: 1, seethrough: true });
     canvas.path(lines);
     veils.forEach((numbers, mesh) => canvas.solids(mesh, numbers, { seethrough: true }));
     canvas.solids(this.ball, balls, { flat: 1, seethrough: true });
-    return { robots, target };
+    return { robots: record.robots.map(place => record.place(place)) };
   }
 
-  safe(lines, disc, pixel) {
-    const record = this.record, color = [...record.contact_color, 0.55];
-    record.obstacles.forEach((number, k) => {
-      const radius = record.safe_radius[k], center = record.place(number);
-      if (radius <= 0) return;
-      if (record.obstacle_radius[k] > 0 && record.planar) {
-        disc(center, radius, 0.06, record.contact_color);
-        lines.push(...this.ring(this.ground(center, 0.01), radius, color, 1.5 * pixel));
-      } else if (record.obstacle_radius[k] > 0) {
-        for (const axes of [[0, 1], [1, 2], [0, 2]])
-          lines.push(...this.ring(center, radius, [...record.contact_color, 0.3], pixel, axes));
-      } else if (record.rims.length) {
-        const rim = record.rims[k].map(p => this.ground([center[0] + p[0], center[1] + p[1]], 0.01));
-        rim.slice(1).forEach((p, i) => lines.push(...rim[i], ...p, ...color, 1.5 * pixel));
-      }
-    });
+  line(lines, points, color, width, dashed) {
+    for (let k = 0; k + 1 < points.length; k += dashed ? 2 : 1) lines.push(...points[k], ...points[k + 1], ...color, width);
   }
 
-  escort(target, lines, balls, pixel) {
-    const { radius, planar } = this.record, color = [0.3, 0.3, 0.3, planar ? 0.8 : 0.45];
-    if (planar) return lines.push(...this.ring(this.ground(target, 0.012), radius, color, 2 * pixel, [0, 1], true));
-    balls.push(...target, ...UPRIGHT, radius, radius, radius, 0.55, 0.65, 0.8, 0.1);
-    for (const axes of [[0, 1], [1, 2], [0, 2]]) lines.push(...this.ring(target, radius, color, pixel, axes, true));
-  }
-
-  trails(lines, seconds, pixel) {  // where everyone was lately, fading
+  trail(lines, mark, color, seconds, width) {  // where something was lately, fading
     const record = this.record;
-    let first = record.row;
+    let first = record.row, [before] = record.points(mark);
     while (first > 0 && record.time[first] > record.now - seconds) first--;
     const stride = Math.max(1, Math.ceil((record.row - first) / 90));
-    const one = (place, color, width) => {
-      let before = record.place(place);
-      for (let row = record.row - record.row % stride; row >= first; row -= stride) {
-        const here = record.at(place, row), age = (record.now - record.time[row]) / seconds;
-        lines.push(...before, ...here, ...color, Math.max(0.9 * (1 - age), 0), width * pixel);
-        before = here;
-      }
-    };
-    if (record.target_radius > 0) one(record.target, record.target_color, 2);
-    record.robots.forEach((place, k) => {
-      one(place, record.raised(k, LOST) ? record.lost_color : record.colors[k], 3);
-    });
+    for (let row = record.row - record.row % stride; row >= first; row -= stride) {
+      const [here] = record.points(mark, row), age = (record.now - record.time[row]) / seconds;
+      lines.push(...before, ...here, ...color.slice(0, 3), Math.max(0.9 * (1 - age), 0), width);
+      before = here;
+    }
   }
 }
