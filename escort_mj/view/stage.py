@@ -162,7 +162,7 @@ class StageView:
         self._nodes[name].position = mark.placed[0]
 
     def _draw_lines(self, name: tuple[str, ...], given: list[Mark]) -> None:
-        """Lines, which fade toward white where they are faint, or arrows."""
+        """Lines or arrows."""
         pieces, inks = zip(*map(lines_of, given), strict=True)
         points, colors = np.concatenate(pieces).astype(np.float32), linear(np.concatenate(inks))
         if name[1] == "arrows":

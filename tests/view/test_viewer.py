@@ -170,8 +170,7 @@ def test_what_robots_know_is_seen(viewer) -> None:
     assert ends[0][1] and not ends[1][1], "none that was there before"
     sight = stage._nodes["knowledge", "lines", "2"]
     np.testing.assert_allclose(sight.points[0, 0, :2], places[1], atol=1e-6)
-    faint = 1.0 - 0.9 * (1.0 - np.array(robot_colors(5)[1]))
-    np.testing.assert_array_equal(sight.colors[0, 0], linear(faint))
+    np.testing.assert_array_equal(sight.colors[0, 0], linear(np.array(robot_colors(5)[1])))
     ghosts = stage._nodes["knowledge", "balls"]
     np.testing.assert_allclose(ghosts.batched_positions[:, :2], np.tile([1.0, 2.0], (5, 1)))
     assert (ghosts.batched_scales > 0.1).all()

@@ -61,10 +61,10 @@ def opacity_of(mark: Mark) -> float | Array:
 
 
 def lines_of(mark: Mark) -> tuple[Array, Array]:
-    """Pieces of a line and their colors on white, shape (k, 2, 3) each [m]."""
+    """Pieces of a line and their colors, shape (k, 2, 3) each [m]: trails fade toward white."""
     path = path_of(mark)
     pieces = np.stack([path[:-1], path[1:]], axis=1)
-    fading = np.broadcast_to(opacity_of(mark), len(pieces))[:, None, None]
+    fading = np.broadcast_to(opacity_of(mark) if mark.kind == "trail" else 1.0, len(pieces))[:, None, None]
     inks = np.broadcast_to(1.0 - fading * (1.0 - np.array(mark.color)), pieces.shape)
     step = 2 if mark.dashed else 1
     return pieces[::step], inks[::step]
