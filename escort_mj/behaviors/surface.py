@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import PositiveFloat
 
-from escort_mj.behaviors.avoid_obstacles import AvoidObstacles
 from escort_mj.behaviors.behavior import Behavior
 from escort_mj.behaviors.robots import Robots
 from escort_mj.behaviors.task import Task, along, keep_distance
@@ -103,8 +102,8 @@ class Surface(Behavior):
         if self.least is not None:
             return self.least
         body = float(setup.robot_radius.max())
-        avoids = [each for each in setup.all_behaviors if isinstance(each, AvoidObstacles)]
-        apart = max((2.0 * body + each.distance_of_teammates(setup) for each in avoids), default=2.0 * body)
+        teammates = [max(each.teammate_distance, each.heard_distance) for each in setup.avoidance]
+        apart = 2.0 * body + max(teammates, default=0.0)
         return max(
             apart / widest_spacing(setup.count, setup.axes, 1.0),
             body + (setup.target_radius or 0.0) + setup.outer.target_margin(setup),
@@ -121,7 +120,8 @@ class Surface(Behavior):
 
 
 def _margin(setup: MissionSetup) -> float:
-    return AvoidObstacles.margin(setup.all_behaviors, float(setup.robot_radius.max()))
+    radius = float(setup.robot_radius.max())
+    return max((each.safe_distance + each.to_surface * radius for each in setup.avoidance), default=radius)
 
 
 @inlined

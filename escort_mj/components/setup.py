@@ -374,6 +374,12 @@ class MissionSetup:
         return np.asarray(math.sqrt(self.axes) * self.force_limit / self.mass)
 
     @property
+    def avoidance(self) -> list[Any]:
+        """What distances to bodies its behaviors keep, of those that keep some, see `Avoidance`."""
+        found = [behavior.avoidance(self) for behavior in self.all_behaviors]
+        return [avoidance for avoidance in found if avoidance is not None]
+
+    @property
     def axes(self) -> int:
         """Dimension of the space, p."""
         return self.obstacle_position.shape[1]

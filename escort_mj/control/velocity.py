@@ -23,7 +23,7 @@ class OuterLoopParameters(Fields):
     outer: Annotated[int, Value("1", "place in OUTER_LOOPS; OUTSIDE for none")]
     outer_place: Annotated[int, Value("1", "where its block in `parameters` begins")]
     outer_composes: Annotated[bool, Value("1", "whether behaviors are composed by priority first")]
-    outer_avoids: Annotated[bool, Value("1", "whether it leaves avoid_obstacles out of that")]
+    outer_avoids: Annotated[bool, Value("1", "whether it leaves out those that keep distances to bodies")]
     outer_meets: Annotated[bool, Value("1", "whether the velocities of teammates matter to it")]
 
     @classmethod

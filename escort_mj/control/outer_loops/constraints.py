@@ -11,7 +11,6 @@ from escort_mj.behaviors.behavior import Avoidance
 from escort_mj.components.obstacles import obstacle_speed, obstacles_seen
 from escort_mj.components.parameters import UNLIMITED
 from escort_mj.control.outer_loops.meeting import NEAR, find_meeting
-from escort_mj.control.outer_loops.nearby import bearing, in_sight, reach_of
 from escort_mj.control.outer_loops.passing import (
     Rules,
     approach,
@@ -177,32 +176,24 @@ def _consider(
     m, q = plan.obstacle_radius.shape[0], state.q_measured
     share, along, mate, straight = 1.0, 0.0, other - m, 0.0
     followed, teams = rules.target_radius > 0.0, plan.team_radius.shape[0] > 0
-    heard = mate - n - 1 if mate > n else -1
+    heard, own = mate - n - 1 if mate > n else -1, plan.robot_radius[robot]
     if heard >= 0:
         mate, apart, covered = may_be(robot, heard, avoid.to_surface, plan, state, direction)
         if mate < 0:
             return count
-        reach = avoid.heard_distance + covered
-    elif mate == n:
-        if rules.target_distance <= 0.0:
-            return count
-        reach = rules.target_distance
-        reach += avoid.to_surface * (plan.robot_radius[robot] + rules.target_radius)
-        apart = _from_point(robot, q, target_place(robot, plan, state), direction)
+        reach, radius = avoid.heard_distance + covered, plan.robot_radius[mate]
     else:
-        reach, _ = reach_of(robot, other, state.lost, plan.seen_radius, plan.robot_radius, avoid)
-        if reach == 0.0:
+        safe, radius, sight = _kept_distance(robot, mate, avoid, rules, plan, state)
+        if safe <= 0.0:
             return count
-        apart = bearing(robot, other, q, position, direction)
-        if not in_sight(
-            robot, other, apart, plan.seen_radius, plan.robot_radius,
-            plan.sensing_robots, plan.sensing_obstacles,
-        ):  # fmt: skip
+        if mate == n:
+            apart = _from_point(robot, q, target_place(robot, plan, state), direction)
+        else:
+            apart = _from_point(robot, q, position[other] if mate < 0 else q[mate], direction)
+        if not apart - own - radius <= sight:
             return count
-    margin, gap = apart - reach, apart - plan.robot_radius[robot]
-    gap -= (
-        rules.target_radius if mate == n else plan.seen_radius[other] if mate < 0 else plan.robot_radius[mate]
-    )
+        reach = safe + avoid.to_surface * (own + radius)
+    margin, gap = apart - reach, apart - own - radius
     if rules.cone != 0.0 and margin > 0.0:
         return count
     square = pursuit = 0.0
@@ -257,6 +248,32 @@ def _consider(
             motion[k] /= math.sqrt(square)
         count = _keep(motion, straight, 0.0, gap, rows, bounds, shared, gaps, count)
     return count
+
+
+@inlined
+def _kept_distance(
+    robot: int, mate: int, avoid: Avoidance, rules: Rules, plan: Plan, state: State
+) -> tuple[float, float, float]:
+    """Return what distance a robot keeps to a body, the body's radius, and how far away robots see it [m].
+
+    The distance is 0 where the body is not avoided; failed robots are obstacles (remark 2).
+
+    Args:
+        robot: From 0.
+        mate: Which robot the body is; their number for the target, and below 0 obstacles, the last one -1.
+        avoid: What distances are kept.
+        rules: Gives that to the target.
+        plan: Gives radii.
+        state: Gives who has failed.
+    """
+    if mate < 0:
+        return avoid.safe_distance, plan.seen_radius[mate + plan.seen_radius.shape[0]], plan.sensing_obstacles
+    if mate == state.q.shape[0]:
+        return rules.target_distance, rules.target_radius, math.inf
+    safe = avoid.teammate_distance
+    if state.lost[mate] != 0.0:
+        safe = max(safe, avoid.safe_distance)
+    return 0.0 if mate == robot else safe, plan.robot_radius[mate], plan.sensing_robots
 
 
 @inlined

@@ -20,8 +20,8 @@ from typing import Annotated, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from escort_mj.control.outer_loops.nearby import turn
 from escort_mj.control.outer_loops.nearest_velocity import speed_along
+from escort_mj.control.outer_loops.passing import turn
 from escort_mj.native.fields import Array as Field
 from escort_mj.native.fields import Fields, Value
 from escort_mj.native.kernels import DOUBLE, inlined, stack_memory, vector_at

@@ -22,7 +22,6 @@ from escort_mj.native.lanes import (
     Lanes,
     any_of,
     everywhere,
-    gather,
     greatest,
     largest,
     root,
@@ -34,6 +33,7 @@ from escort_mj.native.lanes import (
     where,
 )
 from escort_mj.native.on_demand import on_demand
+from escort_mj.native.vectors import dot, one_row, rows_at
 from escort_mj.numerics.neighbors import ALL, ROUNDING, empty_around, find_near, seen_neighbors
 from escort_mj.plan import Plan, State
 
@@ -61,17 +61,20 @@ class PaceState(Fields):
 @merged
 def bound_velocities(plan: Plan, state: State) -> None:
     """Write the frame, that of the first robot's target, and the largest speed in it."""
-    n, p = state.q.shape
-    longest = everywhere(0.0)
-    for k in range(p):
+    n, longest = state.q.shape[0], everywhere(0.0)
+    for k in range(state.q.shape[1]):
         state.pace_frame[k] = target_speed(0, plan, state)[k] if plan.target_feedforward else 0.0
     for i in range(0, n, WIDTH):
-        square = everywhere(0.0)
-        for k in range(p):
-            way = gather(state.v_measured, i * p + k, p) - state.pace_frame[k]
-            square = square + way * way
-        longest = greatest(longest, where(there(n - i), square, 0.0))
+        longest = greatest(longest, where(there(n - i), _squares_in_frame(i, state), 0.0))
     state.pace_most[0], state.pace_level[0] = math.sqrt(largest(longest)), -1.0
+
+
+@inlined
+def _squares_in_frame(i: int, state: State) -> Lanes:
+    """Return the squares of measured speeds of robots i to i + 7 in the common frame [m^2/s^2]."""
+    v = rows_at(state, state.v_measured, i) - one_row(state, state.pace_frame)
+    square: Lanes = dot(v, v)
+    return square
 
 
 @inlined
@@ -227,18 +230,14 @@ def _find_met(level: int, rate: float, braking: float, cone: float, plan: Plan, 
         state: Gives measured positions and velocities, and lists.
     """
     avoid, rules = avoidance_of(level, plan), Rules(rate, braking, cone, 1.0, 0.0, 0.0)
-    n, p = state.q.shape
-    to_surface, within = avoid.to_surface, stack_rows(1)
+    n, to_surface, within = state.q.shape[0], avoid.to_surface, stack_rows(1)
     state.pace_level[0] = level
     for i in range(0, n, WIDTH):
         store(state.pace_met, i, everywhere(math.inf))
         store(state.pace_fast, i, everywhere(0.0))
     for first in range(0, n, WIDTH):
-        square = everywhere(0.0)
-        for k in range(p):
-            way = gather(state.v_measured, first * p + k, p) - state.pace_frame[k]
-            square = square + way * way
-        far = avoid.teammate_distance + horizon_lanes(2.0 * ROUNDING * root(square), rules)
+        speed = root(_squares_in_frame(first, state))
+        far = avoid.teammate_distance + horizon_lanes(2.0 * ROUNDING * speed, rules)
         looks = there(n - first) & (far > empty_around(first, to_surface, state))
         if not any_of(looks):
             continue

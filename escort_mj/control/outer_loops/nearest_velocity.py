@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from escort_mj.control.outer_loops.nearby import turn
+from escort_mj.control.outer_loops.passing import turn
 from escort_mj.native.kernels import DOUBLE, inlined, matrix_at, stack_memory, vector_at
 from escort_mj.numerics.vectors import length_of
 

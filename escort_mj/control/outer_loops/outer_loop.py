@@ -28,7 +28,7 @@ class OuterLoop(Component):
     composes: ClassVar[bool] = True
     """Whether behaviors are composed by priority first."""
     avoids: ClassVar[bool] = False
-    """Whether it avoids obstacles in its own way, with the parameters of avoid_obstacles."""
+    """Whether it keeps distances to bodies itself, in place of the tasks of behaviors that keep some."""
     looks_far: ClassVar[bool] = False
     """Whether it matters how far away an obstacle is, however far that is."""
     meets: ClassVar[bool] = False

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from escort_mj.control.outer_loops.nearby import turn
+from escort_mj.behaviors.avoid_obstacles import POLAR
 from escort_mj.native.kernels import inlined
 from escort_mj.native.lanes import Lanes, where
 from escort_mj.numerics.vectors import length_of
@@ -153,3 +153,20 @@ def leave_path(apart: float, reach: float, v: Array, motion: Array, rules: Rules
     for k in range(p):
         direction[k] /= length
     return -approach(inner / length - reach, rules)
+
+
+@inlined
+def turn(r: Array, tangent: Array) -> None:
+    """Write the unit vector counterclockwise across another, in pairs of axes as `sidestep` turns them."""
+    p, length = tangent.shape[0], 0.0
+    for k in range(p):
+        length += r[k] * r[k]
+    first = 1 if p % 2 == 1 and abs(r[p - 1]) > POLAR * math.sqrt(length) else 0
+    square = 0.0
+    for k in range(p):
+        tangent[k] = 0.0
+    for k in range(first, first + p - p % 2, 2):
+        tangent[k], tangent[k + 1] = -r[k + 1], r[k]
+        square += tangent[k] * tangent[k] + tangent[k + 1] * tangent[k + 1]
+    for k in range(p):
+        tangent[k] /= math.sqrt(square)

@@ -25,7 +25,7 @@ class PotentialField(OuterLoop):
     Instead of the avoidance task, every obstacle and teammate at a distance d below the safe distance d_0 of
     avoid_obstacles repels the robot with gain * (1/d - 1/d_0) / d^2; avoid_obstacles also determines how d is
     measured. Attraction and repulsion can cancel: such fields have local minima and guarantee no minimum
-    distance.
+    distance. What breaks an inequality, as that of a boundary, is taken from the sum.
     """
 
     title: ClassVar[str] = "potential field"

@@ -8,9 +8,9 @@ from typing import Any, ClassVar, Literal
 import numpy as np
 from pydantic import NonNegativeFloat, PositiveFloat
 
-from escort_mj.behaviors import AvoidObstacles
 from escort_mj.behaviors.behavior import Avoidance
-from escort_mj.components.obstacles import obstacle_places
+from escort_mj.behaviors.bodies import obstacle_body, teammate_body
+from escort_mj.behaviors.robots import Robots, robots_at
 from escort_mj.components.parameters import UNLIMITED
 from escort_mj.components.setup import MissionSetup
 from escort_mj.control.nsb import avoidance_of, ruled
@@ -44,7 +44,7 @@ from escort_mj.control.outer_loops.passing import (
     horizon_lanes,
     lead_of,
 )
-from escort_mj.knowledge.belief import target_of, target_speed, target_velocity_of
+from escort_mj.knowledge.belief import target_speed
 from escort_mj.knowledge.teammates import find_nearest_heard
 from escort_mj.native.fields import Array
 from escort_mj.native.kernels import DOUBLE, inlined, matrix_at, stack_memory, vector_at
@@ -54,12 +54,11 @@ from escort_mj.native.lanes import (
     any_of,
     everywhere,
     greatest,
-    lane_numbers,
     load,
     store,
     where,
 )
-from escort_mj.native.vectors import Vec, dot, norm, one_row, rows_at
+from escort_mj.native.vectors import Vec, dot, norm
 from escort_mj.numerics.neighbors import seen_neighbors
 from escort_mj.numerics.vectors import length_of
 from escort_mj.plan import Plan, State
@@ -129,9 +128,8 @@ class SetBased(OuterLoop):
         radius = setup.target_radius
         distance = 0.0 if radius is None else self.target_distance
         if distance is None:
-            avoids = [each for each in setup.all_behaviors if isinstance(each, AvoidObstacles)]
             ring = setup.radius - (radius or 0.0) - float(setup.robot_radius.max())
-            distance = min([max(0.5 * ring, 0.0), *(each.safe_distance for each in avoids)])
+            distance = min([max(0.5 * ring, 0.0), *(each.safe_distance for each in setup.avoidance)])
         return Rules(
             self.rate, min(braking, UNLIMITED), float(self.activation == "tangent_cone"), 1.0, distance,
             radius or 0.0,
@@ -144,13 +142,13 @@ class SetBased(OuterLoop):
     def velocity_lanes(self: Any, i: int, phase: int, plan: Plan, state: State) -> None:
         """The same for robots i to i + 7, compiled: what the escort behaviors want stands in `v_d`."""
         first, levels = int(plan.phase_first[phase]), int(plan.phase_levels[phase])
-        n = state.q.shape[0]
+        r, n = robots_at(i, plan, state), state.q.shape[0]
         rules = Rules(self.rate, self.braking, self.activation, 1.0, self.target_distance, self.target_radius)
         for level in range(first, first + levels):
             if plan.level_avoids[level] == 0.0:
                 continue
             avoid = avoidance_of(level, plan)
-            busy = _may_bind(i, level, avoid, rules, plan, state) + abs(load(state.detour, i))
+            busy = _may_bind(level, avoid, rules, r) + abs(load(state.detour, i))
             mine = ruled(i, phase, plan, state)
             store(state.detour_for, i, where(mine & (busy < 0.5), 0.0, load(state.detour_for, i)))
             if any_of(mine & (busy > 0.5)):
@@ -163,112 +161,105 @@ class SetBased(OuterLoop):
 
 
 @inlined
-def _may_bind(i: int, level: int, avoid: Avoidance, rules: Rules, plan: Plan, state: State) -> Lanes:
-    """Return 1 for those of robots i to i + 7 that something is near enough to that it may bind, else 0.
+def _may_bind(level: int, avoid: Avoidance, rules: Rules, r: Robots) -> Lanes:
+    """Return 1 for those of eight robots that something is near enough to that it may bind, else 0.
 
     As near as the speeds of both need, by the inverse of `approach`.
+
+    Args:
+        level: Which one avoidance is.
+        avoid: What distances are kept.
+        rules: How fast robots may come nearer.
+        r: The robots.
     """
-    own, to_surface = load(plan.robot_radius, i), avoid.to_surface
-    here, wanted = rows_at(state, state.q_measured, i), rows_at(state, state.v_d, i)
-    drift, to_target = target_velocity_of(i, plan, state), here - target_of(i, plan, state)
-    speed, relative, pace, most = norm(wanted), norm(wanted - drift), norm(drift), plan.max_speed
-    closing = norm(wanted - one_row(state, state.pace_frame))
-    found = _limits_bind(i, level, speed, plan, state)
+    plan, state, wanted = r.plan, r.state, r.at(r.state.v_d, 0)
+    drift, to_target, most = r.target_velocity, r.q - r.target, r.max_speed
+    speed, relative, pace = norm(wanted), norm(wanted - drift), norm(drift)
+    closing = norm(wanted - r.vector(state.pace_frame))
+    found = _limits_bind(level, speed, r)
     if plan.team_radius.shape[0] > 0:
-        relative = relative + (pace if plan.informed else everywhere(team_spread(i, plan, state)))
+        relative = relative + (pace if plan.informed else everywhere(team_spread(r.i, plan, state)))
     if rules.target_distance > 0.0:
-        look = rules.target_distance + to_surface * (own + rules.target_radius)
+        look = rules.target_distance + avoid.to_surface * (r.robot_radius + rules.target_radius)
         outrun = pace > FASTER * most
         look = look + where(outrun, look * pace / most, 0.0)
         look = look + horizon_lanes(where(outrun, speed + pace, relative), rules)
         found = where(dot(to_target, to_target) < look * look, 1.0, found)
     fastest = fastest_obstacle(state)
     away, lead = horizon_lanes(speed + fastest, rules), lead_of(fastest, most)
-    for j in range(plan.obstacle_radius.shape[0]):
-        way = here - obstacle_places(i, j, plan, state)
-        look = avoid.safe_distance + to_surface * (own + plan.seen_radius[j])
+    for j in range(r.obstacles):
+        body = obstacle_body(avoid, j, r)
+        look = body.reach
         if lead > 0.0:
             look = look + lead * (look + breadth_of(plan.obstacle_extent[j]))
         look = look + away
-        found = where(dot(way, way) < look * look, 1.0, found)
+        found = where(dot(body.x, body.x) < look * look, 1.0, found)
     alike = 2.0 * (relative if plan.target_feedforward else speed)
     far = horizon_lanes(greatest(alike, closing + state.pace_most[0]), rules)
     listed = seen_neighbors(state).shape[0] > 0
     if avoid.teammate_distance > 0.0 and listed:
-        found = greatest(found, who_is_met(i, level, alike, closing, far, avoid, rules, plan, state))
+        found = greatest(found, who_is_met(r.i, level, alike, closing, far, avoid, rules, plan, state))
     if avoid.heard_distance > 0.0:
-        find_nearest_heard(i, avoid.heard_distance, to_surface, plan, state)
-        ahead = horizon_lanes(greatest(alike, load(state.heard_pace, i)), rules)
-        found = where(load(state.heard_margin, i) < ahead, 1.0, found)
+        find_nearest_heard(r.i, avoid.heard_distance, avoid.to_surface, plan, state)
+        ahead = horizon_lanes(greatest(alike, load(state.heard_pace, r.i)), rules)
+        found = where(load(state.heard_margin, r.i) < ahead, 1.0, found)
     failing = plan.failure_start.shape[0] > 0
     if failing or (avoid.teammate_distance > 0.0 and not listed):
-        mates = _mates_near(i, False, here, wanted, speed, alike, far, avoid, rules, plan, state)
+        mates = _mates_near(False, wanted, alike, far, avoid, rules, r)
         if any_of(mates > 0.5):  # seldom: how fast each comes is worth asking for then only
-            mates = _mates_near(i, True, here, wanted, speed, alike, far, avoid, rules, plan, state)
+            mates = _mates_near(True, wanted, alike, far, avoid, rules, r)
         found = greatest(found, mates)
     return found
 
 
 @inlined
-def _limits_bind(i: int, level: int, speed: Lanes, plan: Plan, state: State) -> Lanes:
-    """Return 1 for those of robots i to i + 7 of which a velocity may break an inequality, else 0.
+def _limits_bind(level: int, speed: Lanes, r: Robots) -> Lanes:
+    """Return 1 for those of eight robots of which a velocity may break an inequality, else 0.
 
     Args:
-        i: First robot, from 0.
         level: One of their phase's levels.
         speed: Of each [m/s].
-        plan: Gives the inequalities.
-        state: Gives what they ask.
+        r: The robots.
     """
-    found = everywhere(0.0)
+    plan, state, found = r.plan, r.state, everywhere(0.0)
     for f in range(plan.phase_first.shape[0]):
         first, last = int(plan.phase_first[f]), int(plan.phase_first[f] + plan.phase_levels[f])
         for each in range(first, last if first <= level < last else first):
             row = int(plan.level_limit_row[each])
             if row >= 0:
-                length = norm(rows_at(state, state.limit_x, row + i))
-                binds = load(state.limit_rate, row + i) >= -speed * length
+                length = norm(r.at(state.limit_x, row))
+                binds = load(state.limit_rate, row + r.i) >= -speed * length
                 found = where(binds, 1.0, found)
     return found
 
 
 @inlined
 def _mates_near(
-    i: int, exactly: bool, here: Vec, wanted: Vec, speed: Lanes, alike: Lanes, far: Lanes, avoid: Avoidance,
-    rules: Rules, plan: Plan, state: State,
-) -> Lanes:  # fmt: skip
-    """Return 1 for those of robots i to i + 7 that a teammate is near enough to that it may bind, else 0.
+    exactly: bool, wanted: Vec, alike: Lanes, far: Lanes, avoid: Avoidance, rules: Rules, r: Robots
+) -> Lanes:
+    """Return 1 for those of eight robots that a teammate is near enough to that it may bind, else 0.
 
     Args:
-        i: First robot, from 0.
         exactly: Whether it is asked how fast each teammate comes; else all may come at the largest speed.
-        here: Measured positions [m].
         wanted: What the robots want [m/s].
-        speed: How fast that is [m/s].
         alike: Speed at which each could meet one that keeps to its half [m/s].
         far: Margin at which the largest speed matters [m].
         avoid: What distances are kept.
         rules: How fast robots may come nearer.
-        plan: Gives radii.
-        state: Gives measured positions and velocities, and who has failed.
+        r: The robots.
     """
-    own, to_surface, found = load(plan.robot_radius, i), avoid.to_surface, everywhere(0.0)
-    failing = plan.failure_start.shape[0] > 0
+    state, speed, found = r.state, norm(wanted), everywhere(0.0)
+    failing = r.plan.failure_start.shape[0] > 0
     for j in range(state.q.shape[0]):
-        safe, ahead, nearer = avoid.teammate_distance, far, 1.0
-        failed = failing and state.lost[j] != 0.0
-        if failed:
-            safe = max(safe, avoid.safe_distance)
+        body, ahead, nearer = teammate_body(avoid, j, r), far, 1.0
+        if failing and state.lost[j] != 0.0:
             drifts = length_of(state.v_measured[j])
-            ahead, nearer = horizon_lanes(speed + drifts, rules), 1.0 + lead_of(drifts, plan.max_speed)
+            ahead, nearer = horizon_lanes(speed + drifts, rules), 1.0 + lead_of(drifts, r.max_speed)
         elif exactly:
-            ahead = horizon_lanes(greatest(alike, norm(one_row(state, state.v_measured[j]) - wanted)), rules)
-        if safe <= 0.0:
-            continue
-        way = here - one_row(state, state.q_measured[j])
-        look = nearer * (safe + to_surface * (own + plan.robot_radius[j])) + ahead
-        near = (dot(way, way) < look * look) & (abs(lane_numbers() + float(i - j)) > 0.5)
-        found = where(near, 1.0, found)
+            ahead = horizon_lanes(greatest(alike, norm(r.vector(state.v_measured[j]) - wanted)), rules)
+        if body.safe > 0.0:
+            look = nearer * body.reach + ahead
+            found = where((dot(body.x, body.x) < look * look) & body.counts, 1.0, found)
     return found
 
 
