@@ -1,5 +1,6 @@
 """docs/plugins.md, followed word by word in an empty folder: every file and every command as printed."""
 
+import ast
 import re
 
 import pytest
@@ -55,23 +56,35 @@ def page(compiled, tmp_path_factory):
 
 
 def test_every_command_succeeds_as_printed(page):
-    assert len(page[1]) == 22
+    written = re.findall(r"^escort-mj (?!compare|schema)", PAGE, re.MULTILINE)
+    assert len(page[1]) == len(written) > 20
 
 
 def test_nothing_that_is_checked_is_wrong(page):
     checks = [lines for command, lines in page[1].items() if "check-plugin" in command]
-    assert len(checks) == 12
+    assert len(checks) > 12
     assert all(line.startswith("  ok") for lines in checks for line in lines.splitlines())
-    assert ["forms agree" in lines for lines in checks] == [False, True, True, True] + 8 * [False]
+    assert ["forms agree" in lines for lines in checks][:4] == [False, True, True, True]
 
 
 def test_verdicts_of_the_page_hold(page):
-    runs = [lines for command, lines in page[1].items() if command.split()[1] == "run"]
-    assert len(runs) == 10
-    assert "bearing_gap" in runs[8]
-    assert "together" in runs[8]
+    judged = next(lines for command, lines in page[1].items() if "run judged.yaml" in command)
+    assert "bearing_gap" in judged and "together" in judged
 
 
 def test_the_examples_are_those_of_the_page(page):
     for name in ("leaky_law.py", "storm.yaml"):
         assert (ROOT / "examples" / "plugins" / name).read_text() == (page[0] / name).read_text()
+
+
+def test_each_kind_has_an_example_of_at_most_fifteen_lines():
+    """Of its class, blank lines left out; a robot that brings its own body takes more."""
+    shortest = {}
+    for _, kind, text in BLOCK.findall(PAGE):
+        for made in ast.parse(text).body if kind == "python" else ():
+            if isinstance(made, ast.ClassDef):
+                lines = [line for line in ast.get_source_segment(text, made).splitlines() if line.strip()]
+                base = made.bases[0].id
+                shortest[base] = min(len(lines), shortest.get(base, len(lines)))
+    longer = {base for base, lines in shortest.items() if lines > 15}
+    assert longer <= {"RobotKind", "Estimator"} and {"Law", "Behavior", "Sensor"} <= shortest.keys(), shortest
