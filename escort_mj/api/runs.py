@@ -122,7 +122,7 @@ class Run:
             signals: Names of signals (`trace.data_vars`); None for all.
 
         Returns:
-            A table with the time [s] as its index and the units of the trace.
+            A table with the time [s] as its index; `attrs["units"]` has the unit of each column.
 
         Raises:
             UsageError: If there is no such time-dependent signal.

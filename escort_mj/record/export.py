@@ -27,19 +27,22 @@ def dataframe_of(trace: xarray.Dataset) -> pandas.DataFrame:
 
     Returns:
         Columns `time` [s] and `signal` or `signal.label.label ...`, with the labels of the signal's other
-        dimensions, such as `q.robot_1.x`; units are those of the trace.
+        dimensions, such as `q.robot_1.x`; `attrs["units"]` has the unit of each.
     """
     import pandas
 
-    columns = {"time": trace["time"].values}
+    columns, units = {"time": trace["time"].values}, {"time": "s"}
     for name, signal in trace.data_vars.items():
         if signal.dims[:1] != ("time",):
             continue
         rest = [_labels(trace, str(dim)) for dim in signal.dims[1:]]
         values = signal.values.reshape(len(signal), math.prod(signal.shape[1:]))
         for column, labels in zip(values.T, product(*rest), strict=True):
-            columns[".".join((str(name), *labels))] = column
-    return pandas.DataFrame(columns)
+            label = ".".join((str(name), *labels))
+            columns[label], units[label] = column, str(signal.attrs.get("units", "1"))
+    found = pandas.DataFrame(columns)
+    found.attrs["units"] = units
+    return found
 
 
 def _labels(trace: xarray.Dataset, dim: str) -> list[str]:
@@ -55,7 +58,7 @@ def write_table(trace: xarray.Dataset, path: Path) -> None:
 
     Args:
         trace: Of a run.
-        path: A `.csv` file, whose numbers read back exactly, or a `.parquet` file.
+        path: A `.csv` file, whose numbers read back exactly, or a `.parquet` file, which keeps `attrs`.
 
     Raises:
         UsageError: If nothing that writes Parquet is installed.

@@ -67,24 +67,17 @@ def latex(head: Sequence[str], rows: Iterable[Sequence[str]], caption: str) -> s
         rows: Cells as plain text; `**text**` is bold.
         caption: What the table shows.
     """
-    lines = [" & ".join(map(_latex_cell, row)) + r" \\" for row in [head, *rows]]
-    return "\n".join(
-        [
-            r"% \usepackage{booktabs}",
-            r"\begin{table}",
-            r"  \centering",
-            rf"  \caption{{{in_latex(caption)}}}",
-            rf"  \begin{{tabular}}{{l{'r' * (len(head) - 1)}}}",
-            r"    \toprule",
-            f"    {lines[0]}",
-            r"    \midrule",
-            *(f"    {line}" for line in lines[1:]),
-            r"    \bottomrule",
-            r"  \end{tabular}",
-            r"\end{table}",
-            "",
-        ]
+    import pandas
+
+    cells = pandas.DataFrame([[_latex_cell(cell) for cell in row] for row in rows])
+    text: str = cells.to_latex(
+        index=False,
+        header=[*map(_latex_cell, head)],
+        escape=False,
+        caption=in_latex(caption),
+        column_format="l" + "r" * (len(head) - 1),
     )
+    return "% \\usepackage{booktabs}\n" + text.replace(r"\begin{table}", "\\begin{table}\n\\centering", 1)
 
 
 def in_latex(text: str) -> str:

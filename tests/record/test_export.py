@@ -30,6 +30,16 @@ def test_numbers_read_back_exactly(make_trace, tmp_path: Path) -> None:
     pandas.testing.assert_frame_equal(back, dataframe_of(trace), check_exact=True, check_dtype=False)
 
 
+def test_parquet_keeps_the_units(make_trace, tmp_path: Path) -> None:
+    pytest.importorskip("pyarrow")
+    trace = make_trace(np.linspace(0.0, 1.0, 7))
+    write_table(trace, tmp_path / "run.parquet")
+    units = pandas.read_parquet(tmp_path / "run.parquet").attrs["units"]
+    assert units == dataframe_of(trace).attrs["units"] and units["time"] == "s"
+    robot, axis = trace["robot"].values[0], trace["axis"].values[0]
+    assert units[f"q.robot_{robot}.{axis}"] == "m" and units[f"v.robot_{robot}.{axis}"] == "m/s"
+
+
 def test_where_it_cannot_be_written(make_trace, tmp_path: Path) -> None:
     with pytest.raises(WriteError, match=r"nowhere/run.csv: cannot be written") as raised:
         write_table(make_trace(np.linspace(0.0, 1.0, 3)), tmp_path / "nowhere" / "run.csv")
