@@ -63,6 +63,8 @@ def check_shape(model: type[Any], source: str) -> None:
             model.numbers()
         except TypeError as error:
             raise PluginError(f"{place}: {error}") from None
+    if issubclass(model, Behavior):
+        _check_signature(model.avoidance, ["self", "setup"], place)
     if issubclass(model, RobotKind):
         check_name(model, "kind", place)
         if not (model.mjcf or model.part):

@@ -38,7 +38,7 @@ from escort_mj.policies import Policy
 from escort_mj.radios import Radio
 from escort_mj.robots import RobotKind
 from escort_mj.scenario.findings import did_you_mean, listed
-from escort_mj.scenario.reader.kind_calls import guard
+from escort_mj.scenario.reader.method_calls import guard
 from escort_mj.scenario.reader.plugin_shape import COMPONENTS, check_metric, check_shape
 from escort_mj.scenario.schema.plugin_source import PluginSource
 from escort_mj.sensors import Sensor
@@ -235,8 +235,8 @@ def _load_package(name: str, source: PluginSource) -> Plugin:
 def _keep(key: tuple[str, str], plugin: Plugin) -> Plugin:
     for member in plugin.of(Component):
         member.digest = plugin.source.sha256
-    for kind in plugin.of(RobotKind):
-        guard(kind)
+    for member in (*plugin.of(RobotKind), *plugin.of(Behavior)):
+        guard(member)
     _loaded[key] = plugin
     return plugin
 
