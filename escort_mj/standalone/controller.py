@@ -15,7 +15,6 @@ from escort_mj.errors import EscortError, UsageError
 from escort_mj.scenario.arguments import (
     Positive,
     Source,
-    argument_error,
     checked,
     is_finite,
     number,
@@ -32,6 +31,7 @@ from escort_mj.snapshots import WORDS, Snapshot, checked_arrays, marked, mission
 from escort_mj.standalone.backend import CONTROL_SIGNALS, Backend, Signals
 from escort_mj.standalone.clock import Clock
 from escort_mj.standalone.guard import Guard
+from escort_mj.standalone.heard import Heard
 from escort_mj.standalone.knowledge import Knowledge, Surroundings
 from escort_mj.standalone.limits import Event, Limits
 from escort_mj.standalone.lost import who_may_be_lost
@@ -467,14 +467,12 @@ class RobotController:
         """Take over a controller; use `Controller.robot`."""
         self.team, self.number, self.timestep = team, number, team.timestep
         self._row = number - 1
-        self._known: Array = team.start.copy()
-        self._heard_at: Array = np.full(team.count, -math.inf)
+        self._heard = Heard(team.start)
 
     def reset(self, positions: ArrayLike | None = None, target: ArrayLike | None = None) -> None:
         """Start the mission again, see `Controller.reset`; teammates stay there until they are heard."""
         self.team.reset(positions, target)
-        self._known = self.team.start.copy() if positions is None else np.array(positions, dtype=float)
-        self._heard_at = np.full(self.team.count, -math.inf)
+        self._heard = Heard(self.team.start if positions is None else np.array(positions, dtype=float))
 
     def __call__(
         self,
@@ -518,8 +516,9 @@ class RobotController:
         """
         team, row = self.team, self._row
         p = team.axes
-        places, speeds = self._heard(teammates)
-        stamps = self._stamps(number(time, "time", "a time [s]"), teammates, {} if times is None else times)
+        places, speeds = self._heard.with_new(teammates)
+        now = number(time, "time", "a time [s]")
+        stamps = self._heard.times_with(now, self.number, teammates, {} if times is None else times)
         places[row] = numbers(position, "position", (p,), "coordinates [m]")
         speeds[row] = numbers(velocity, "velocity", (p,), "components [m/s]")
         given = {name: None if one is None else self._mine(name, one) for name, one in (
@@ -527,33 +526,8 @@ class RobotController:
         )}  # fmt: skip
         given["times"] = stamps if team.may_miss else None
         forces = team(time, places, speeds, target, obstacles, **given)
-        self._known, self._heard_at = places, stamps
+        self._heard.places, self._heard.times = places, stamps
         return forces[row]
-
-    def _heard(self, teammates: Mapping[int, ArrayLike] | ArrayLike | None) -> tuple[Array, Array]:
-        """Return where the team is and how fast, as far as this robot knows, shape (n, p) each [m, m/s]."""
-        places, speeds, (n, p) = self._known.copy(), np.zeros_like(self._known), self._known.shape
-        if isinstance(teammates, Mapping):
-            for name, heard in teammates.items():
-                mate = whole_number(name, "teammates", f"numbers of robots, from 1 to {n}", 1, n)
-                both = _position_and_velocity(heard, f"position of robot {mate}", (p,), "coordinates [m]")
-                places[mate - 1], speeds[mate - 1] = both
-        elif teammates is not None:
-            places, speeds = _position_and_velocity(teammates, "teammates", (n, p), "one row per robot [m]")
-        return places, speeds
-
-    def _stamps(self, time: float, teammates: object, times: Mapping[int, float]) -> Array:
-        """Return when each robot was measured last, shape (n,) [s]; -inf for never."""
-        n, stamps = self.team.count, self._heard_at.copy()
-        if not isinstance(times, Mapping):
-            raise argument_error("times", times, "times by number of the robot [s]")
-        heard = teammates if isinstance(teammates, Mapping) else () if teammates is None else range(1, n + 1)
-        for mate in {*heard, self.number}:
-            stamps[mate - 1] = time
-        for name, at in times.items():
-            mate = whole_number(name, "times", f"numbers of robots, from 1 to {n}", 1, n)
-            stamps[mate - 1] = number(at, f"time of robot {mate}", "a time [s]")
-        return stamps
 
     def _mine(self, name: str, value: ArrayLike) -> Array:
         """Return what is known of this robot in place of all; of the others the same is assumed."""
@@ -598,36 +572,15 @@ class RobotController:
 
     def snapshot(self) -> Snapshot:
         """As for `Controller`, with the last known positions of the teammates."""
-        found = self.team.snapshot()
-        return Snapshot(found, known=self._known.copy(), heard_at=self._heard_at.copy())
+        return Snapshot(self.team.snapshot(), **self._heard.saved())
 
     def restore(self, snapshot: Mapping[str, Any]) -> None:
         """Come back to a moment, see `Controller.restore`."""
-        if not isinstance(snapshot, Mapping) or not {"known", "heard_at"} <= snapshot.keys():
-            raise UsageError("snapshot: this is not that of one robot of this mission")
-        known = numbers(snapshot["known"], "known positions of the snapshot", self._known.shape, "[m]")
-        heard = np.asarray(snapshot["heard_at"], dtype=float)
-        if heard.shape != self._heard_at.shape or np.isnan(heard).any():
-            raise UsageError("snapshot: heard_at is not that of this mission")
+        heard = self._heard.read(snapshot)
         self.team.restore(snapshot)
-        self._known, self._heard_at = known, heard.copy()
+        self._heard = heard
 
     state = property(renamed, renamed)
 
     def __repr__(self) -> str:
         return f"<RobotController {self.number} of {self.team!r}>"
-
-
-def _position_and_velocity(
-    value: ArrayLike, name: str, shape: tuple[int, ...], what: str
-) -> tuple[Array, Array]:
-    """Return a position and a velocity of a shape, where one or both were given."""
-    try:
-        both = np.ndim(value) == len(shape) + 1
-    except ValueError:  # rows of different lengths
-        both = False
-    if not both:
-        place = numbers(value, name, shape, what)
-        return place, np.zeros_like(place)
-    pair = numbers(value, name, (2, *shape), f"{what}, and velocities [m/s]")
-    return pair[0], pair[1]
