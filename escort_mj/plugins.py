@@ -10,6 +10,7 @@ from escort_mj.disturbances.disturbance import Robots as TrueRobots
 from escort_mj.estimators import Estimator, EstimatorView
 from escort_mj.expectations.expectation import Judgment
 from escort_mj.expectations.expectation import Windowed as Expectation
+from escort_mj.failures import Failure
 from escort_mj.knowledge.sight import BEARING, POSITION, RANGE, VELOCITY
 from escort_mj.laws.law import Law
 from escort_mj.metrics.measure import Measure
@@ -19,6 +20,7 @@ from escort_mj.native.vectors import Vec, dot, norm, quarter_turn, unit_axis, wh
 from escort_mj.policies import ACTS, RESTS, Policy, PolicyView
 from escort_mj.radios import Radio
 from escort_mj.robots import RobotKind
+from escort_mj.rules import Rule
 from escort_mj.sensors import Sensor
 
 __all__ = [
@@ -34,6 +36,7 @@ __all__ = [
     "Estimator",
     "EstimatorView",
     "Expectation",
+    "Failure",
     "Judgment",
     "Law",
     "Memory",
@@ -44,6 +47,7 @@ __all__ = [
     "RobotKind",
     "Inequality",
     "Robots",
+    "Rule",
     "Task",
     "TrueRobots",
     "across",

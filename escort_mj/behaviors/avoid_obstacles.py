@@ -148,7 +148,7 @@ def _worst_intruder(avoid: Any, r: Robots) -> tuple[Lanes, Lanes, Vec]:
         looking = someone_within(
             avoid.teammate_distance, r.i, avoid, state.q_measured, plan.robot_radius, lists
         )  # fmt: skip
-    if not looking and plan.failure_start.shape[0] == 0:
+    if not looking and plan.failure.shape[0] == 0:
         return worst, distance, x
     for j in range(state.q.shape[0]):
         body = teammate_body(avoid, j, r)

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from typing import Any
 
-from escort_mj.components.obstacles import obstacle_places
+from escort_mj.components.obstacles import obstacle_places, obstacles_seen
+from escort_mj.components.parameters import UNLIMITED
 from escort_mj.components.teams import radius_rows
 from escort_mj.knowledge.belief import target_of, target_velocity_of
 from escort_mj.knowledge.teammates import Mate, mate_of, places_of
-from escort_mj.native.lanes import Lanes, greatest, least, load, there
+from escort_mj.native.lanes import Lanes, greatest, lane_numbers, least, load, there, where
 from escort_mj.native.values import maker_of, names_of, unknown
-from escort_mj.native.vectors import Vec, one_row, rows_at, rows_from
+from escort_mj.native.vectors import Vec, norm, one_row, rows_at, rows_from
 from escort_mj.plan import Plan, State
 
 
@@ -116,6 +117,37 @@ class Robots:
     def obstacle(self, j: int) -> Vec:
         """Return where each robot finds an obstacle: its center, or of no sphere its nearest point [m]."""
         return obstacle_places(self.i, j, self.plan, self.state)
+
+    def obstacle_gap(self, j: int) -> Lanes:
+        """Return the distance to an obstacle, surface to surface; 1e300 out of the sensors' range [m]."""
+        gap = norm(self.q - self.obstacle(j)) - self.robot_radius - self.plan.seen_radius[j]
+        return where(gap > self.plan.sensing_obstacles, UNLIMITED, gap)
+
+    def target_gap(self, j: int) -> Lanes:
+        """Return how far the target's center is from an obstacle's surface; 1e300 for one not seen [m]."""
+        place = obstacles_seen(self.state.q.shape[0], self.plan, self.state)[j]
+        gap = norm(self.target - one_row(self.state, place)) - self.plan.obstacle_radius[j]
+        return where(self.obstacle_gap(j) < UNLIMITED, gap, UNLIMITED)
+
+    @property
+    def robots(self) -> int:
+        """How many robots there are."""
+        return self.state.q.shape[0]
+
+    @property
+    def lost(self) -> float:
+        """How many of them have failed, as the team knows."""
+        count = 0.0
+        for j in range(self.state.lost.shape[0]):
+            count += self.state.lost[j]
+        return count
+
+    def robot_gap(self, j: int) -> Lanes:
+        """Return the distance to a robot, surface to surface; 1e300 out of range, and to itself [m]."""
+        way = norm(self.q - one_row(self.state, self.state.q_measured[j]))
+        gap = way - self.robot_radius - self.plan.robot_radius[j]
+        other = abs(lane_numbers() + float(self.i - j)) > 0.5
+        return where(other & (gap <= self.plan.sensing_robots), gap, UNLIMITED)
 
     @property
     def places(self) -> int:

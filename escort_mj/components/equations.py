@@ -55,3 +55,9 @@ class Equations(Component):
     def equations(cls) -> dict[str, Callable[..., Any]]:
         """Return its methods of values by name, those that move its own numbers on last."""
         return {name: getattr(cls, name) for name in (*cls.asks, *(m + cls.moves for m in cls.memories()))}
+
+
+def kind_word(component: type[Component]) -> str:
+    """Return what kind of component a class is, in a word: the name of the base class of its kind."""
+    kinds = [each for each in component.__mro__ if issubclass(each, Component)]
+    return next(each for each in reversed(kinds) if each not in (Component, Equations)).__name__.lower()

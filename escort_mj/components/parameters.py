@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 NAME_KEYS = (
     *("law", "behavior", "kind", "loop", "estimator", "policy", "radio"),
-    *("sensor", "disturbance"),
+    *("sensor", "disturbance", "quantity"),
 )
 """Keys of tables that may be one of several: which one a table is."""
 UNLIMITED = 1e300  # stands for an infinite limit, which XML cannot hold

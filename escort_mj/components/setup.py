@@ -168,7 +168,7 @@ class MissionSetup:
         figure: The even figure that vertices keeps; None without vertices.
         failures: Robots whose motors fail.
         reforming: Figures of fewer robots; None without vertices, or where no robot fails.
-        phases: When other behaviors than those above rule; of those that do, the last one.
+        phases: Tables that say when other behaviors than those above rule; of those that do, the last one.
         trigger: When robots run their outer loop; None for every step.
         outer: How behaviors become one velocity.
         sensing: What sensors make of the truth.

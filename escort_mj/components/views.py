@@ -38,12 +38,13 @@ class LawView(NamedTuple):
 
 
 class BehaviorView(NamedTuple):
-    """What behaviors see of all robots, by `behaviors.robots`, and where what they ask of them is kept."""
+    """What behaviors and rules see of all robots, by `behaviors.robots`, and where their answers are kept."""
 
     timestep: float  # [s]
     radius: float  # distance to keep from the target [m]
     max_speed: float  # [m/s]; 1e300 for no limit
     sensing_robots: float  # range within which teammates are seen [m]
+    sensing_obstacles: float  # likewise obstacles [m]
     apart: bool  # whether robots have targets, or estimates of it, each by itself
     informed: bool  # whether they have estimates
     shaped: bool  # whether some obstacle is no sphere
@@ -82,6 +83,7 @@ class BehaviorView(NamedTuple):
     asked_x: Annotated[Array, "n", "p"]  # written: its gradient
     asked_other: Annotated[Array, "n", "p"]  # written: another one
     asked: Annotated[Array, "n", 9]  # written: all else
+    compared: Annotated[Array, "ruled"]  # written by rules
 
 
 LAW_OUTPUTS = ("tau", "rho_hat_rate", "component_rate")

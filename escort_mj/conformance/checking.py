@@ -20,6 +20,7 @@ from escort_mj.conformance.parameters import check_parameters
 from escort_mj.conformance.policies import check_policy
 from escort_mj.conformance.radios import check_radio
 from escort_mj.conformance.records import check_expectation, try_metric
+from escort_mj.conformance.repeats import check_calls
 from escort_mj.conformance.sensors import check_sensor
 from escort_mj.conformance.stand import BrokenError, CheckResult
 from escort_mj.control.outer_loops import OuterLoop
@@ -27,12 +28,14 @@ from escort_mj.disturbances import Disturbance
 from escort_mj.errors import EscortError
 from escort_mj.estimators import Estimator
 from escort_mj.expectations.expectation import Expectation
+from escort_mj.failures import Failure
 from escort_mj.laws.law import Law
 from escort_mj.metrics.metric import Metric
 from escort_mj.plugin_calls import place_of
 from escort_mj.policies import Policy
 from escort_mj.radios import Radio
 from escort_mj.robots import RobotKind
+from escort_mj.rules import Rule
 from escort_mj.scenario.reader.catalog import assemble, scenario_type
 from escort_mj.scenario.reader.plugins import Plugin, load_plugin, source_of
 from escort_mj.sensors import Sensor
@@ -47,6 +50,8 @@ CHECKS: dict[type[Any], tuple[Checks, ...]] = {
     Radio: (check_parameters, check_radio, check_missions),
     Disturbance: (check_parameters, check_disturbance, check_missions),
     Sensor: (check_parameters, check_sensor, check_missions),
+    Failure: (check_parameters, check_calls, check_missions),
+    Rule: (check_parameters, check_calls, check_missions),
     RobotKind: (check_parameters, check_kind, check_missions),
     Metric: (try_metric,),
     Expectation: (check_parameters, check_expectation),

@@ -6,15 +6,9 @@ from collections.abc import Iterator
 from typing import Any
 
 from escort_mj.behaviors.behavior import Behavior
-from escort_mj.conformance.stand import CheckResult, heard_over, measured_by, seen_and_heard, table_of, trying
-from escort_mj.control.outer_loops import OuterLoop
-from escort_mj.disturbances import Disturbance
-from escort_mj.estimators import Estimator
-from escort_mj.laws.law import Law
+from escort_mj.conformance.stand import CheckResult, table_of, table_with, trying
 from escort_mj.mission import Flight
 from escort_mj.mission.batch import fly_many
-from escort_mj.policies import Policy
-from escort_mj.radios import Radio
 from escort_mj.robots import RobotKind
 from escort_mj.scenario.schema.scenario import Scenario
 from escort_mj.sensors import Sensor
@@ -65,25 +59,14 @@ def mission_with(member: type[Any], kind: type[Scenario], axes: int) -> Scenario
         "sensing": {"position": {"noise": 0.01}},
     }
     own = table_of(member, axes)
-    if issubclass(member, Law):
-        table["controller"] = own
-    elif issubclass(member, Behavior):
-        table["mission"] = {"behaviors": ("avoid_obstacles", own, "surface")}
-    elif issubclass(member, OuterLoop):
-        table["mission"] = {"outer": own}
-    elif issubclass(member, Policy):
-        table["target"] = {"position": (0.0,) * axes, "policy": own}
-    elif issubclass(member, Estimator):
-        table |= seen_and_heard(own, member.needs[0])
-    elif issubclass(member, Radio):
-        table |= heard_over(own)
-    elif issubclass(member, Disturbance):
-        table["uncertainty"] = {"disturbances": (own,)}
-    elif issubclass(member, Sensor):
-        table["sensing"] = measured_by(own, member)
-        table["robots"] = {"kind": "diff_drive" if axes == min(AXES) else "quadrotor"}
-    elif issubclass(member, RobotKind):
+    if issubclass(member, RobotKind):
         table["robots"] = {**own, "force_limit": 100.0}
+    else:
+        table |= table_with(member, own, axes)
+    if issubclass(member, Behavior):
+        table["mission"] = {"behaviors": ("avoid_obstacles", own, "surface")}
+    elif issubclass(member, Sensor):
+        table["robots"] = {"kind": "diff_drive" if axes == min(AXES) else "quadrotor"}
     return kind.model_validate(table)
 
 

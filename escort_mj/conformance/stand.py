@@ -12,8 +12,10 @@ from escort_mj.behaviors.behavior import Behavior
 from escort_mj.components.component import Component
 from escort_mj.components.parameters import kind_of
 from escort_mj.control.custom import native
+from escort_mj.control.outer_loops import OuterLoop
 from escort_mj.disturbances import Disturbance
 from escort_mj.estimators import Estimator
+from escort_mj.failures import Failure
 from escort_mj.knowledge.sight import MEASURES
 from escort_mj.laws.law import Law
 from escort_mj.memory.layout import LAYOUT, State, state_size, unpack_plan, unpack_state
@@ -22,6 +24,7 @@ from escort_mj.memory.sampling import Sampling
 from escort_mj.native.kernels import DOUBLE
 from escort_mj.policies import Policy
 from escort_mj.radios import Radio
+from escort_mj.rules import Rule
 from escort_mj.scenario.mission import Mission
 from escort_mj.scenario.schema.scenario import Scenario
 from escort_mj.sensors import Sensor
@@ -31,6 +34,17 @@ Array = NDArray[np.float64]
 SEED = 4144
 ROUNDING = 1e-9  # relative difference of two ways to compute the same
 IN_SPACE = 3  # axes
+PLACES: dict[type[Component], str] = {
+    Behavior: "level_place",
+    Policy: "mover_place",
+    Estimator: "estimator_place",
+    Radio: "radio_place",
+    Disturbance: "disturbance_place",
+    Sensor: "own_sensor_place",
+    Failure: "failure_place",
+    Rule: "phase_rule_place",
+}
+"""Fields of the plan that say where parameters begin; those of a law come first."""
 HEARING = 0.5  # share of the draws in which a robot hears a message
 SIZES = ((5, 2), (1, 2), (4, 3), (3, 5))  # robots and axes
 
@@ -85,23 +99,11 @@ class Stand:
         """
         self.own = own
         trying(type(own), f"with {robots} robots in {axes} axes")
-        table: dict[str, Any] = {"axes": axes, "robots": {"count": robots}}
+        table: dict[str, Any] = {"axes": axes}
         obstacles = [{"position": (8.0 + 3.0 * j,) + (0.5,) * (axes - 1), "radius": 0.5} for j in range(2)]
         table["obstacles"] = tuple(obstacles)
-        if isinstance(own, Law):
-            table["controller"] = own.model_dump()
-        elif isinstance(own, Policy):
-            table["target"] = {"policy": own.model_dump()}
-        elif isinstance(own, Estimator):
-            table |= seen_and_heard(own.model_dump(), MEASURES)
-        elif isinstance(own, Radio):
-            table |= heard_over(own.model_dump())
-        elif isinstance(own, Disturbance):
-            table["uncertainty"] = {"disturbances": (own.model_dump(),)}
-        elif isinstance(own, Sensor):
-            table["sensing"] = measured_by(own.model_dump(), type(own))
-        else:
-            table["mission"] = {"behaviors": (own.model_dump(),)}
+        table |= table_with(type(own), own.model_dump(), axes, MEASURES)
+        table["robots"] = {**table.get("robots", {}), "count": robots}
         setup = Mission(kind.model_validate(table)).setup
         self.plan = pack(setup, Sampling(coordinates=robots * axes))
         self.memory = np.zeros(state_size(self.plan))
@@ -110,17 +112,10 @@ class Stand:
         native.forget(self._memory)
         self._number = native.ready(type(own), axes)
         plan = unpack_plan(self._plan, axes)
-        place = int(plan.level_place[0]) if isinstance(own, Behavior) else 0
-        if isinstance(own, Policy):
-            place = int(plan.mover_place[0])
-        if isinstance(own, Disturbance):
-            place = int(plan.disturbance_place[0])
+        name = next((name for base, name in PLACES.items() if isinstance(own, base)), None)
+        place = 0 if name is None else int(np.max(getattr(plan, name)))
         if isinstance(own, Estimator):
-            place, self.sight_variance = plan.estimator_place, plan.sight_variance
-        if isinstance(own, Radio):
-            place = plan.radio_place
-        if isinstance(own, Sensor):
-            place = int(plan.own_sensor_place[0])
+            self.sight_variance = plan.sight_variance
         self.timestep = plan.timestep
         self._block = plan.parameters.ctypes.data + DOUBLE * place
 
@@ -164,6 +159,9 @@ class Stand:
             state.message_number[0], state.message_distance[0] = random.integers(0, 1000), random.random()
             state.message_draws[:] = random.random(2)
             state.link_memory[:] = random.integers(0, 2, len(state.link_memory))
+        if isinstance(self.own, Failure):
+            for values in (state.failure_age, state.failure_draw, state.tau, state.force_before):
+                values[:] = random.uniform(-1.0, 1.0, values.shape)
         if isinstance(self.own, Sensor):
             for name in ("sensor_truth", "sensor_normals", "sensor_memory"):
                 getattr(state, name)[:] = scale * random.standard_normal(getattr(state, name).shape)
@@ -213,7 +211,7 @@ class Stand:
     @property
     def numbers(self) -> int:
         """How many robots, or bodies with a policy, the method can be called for."""
-        if isinstance(self.own, Behavior):
+        if isinstance(self.own, Behavior | Rule):
             return 1  # eight robots at once
         if isinstance(self.own, Radio | Sensor):
             return 2  # questions
@@ -232,26 +230,6 @@ class Stand:
         return b"".join(np.asarray(each).tobytes() for each in kept) + self.plan.tobytes()
 
 
-def seen_and_heard(estimator: Any, measures: Sequence[str]) -> dict[str, Any]:
-    """Tables of a scenario in which robots measure something with errors, and some messages are lost."""
-    noise = dict.fromkeys(measures, 0.05)
-    sight = {"robots": (1,), "measures": tuple(measures), "noise": noise}
-    return {
-        "knowledge": {"estimator": estimator, "target": sight, "initial": {"position": 0.5}},
-        "communication": {"rate": 50.0, "delay": 0.04, "loss": 0.2},
-    }
-
-
-def heard_over(radio: Any) -> dict[str, Any]:
-    """Tables of a scenario in which robots have a radio, and one of them sees the target."""
-    return {"knowledge": {"target": {"robots": (1,)}}, "communication": radio}
-
-
-def measured_by(sensor: Any, member: type[Sensor]) -> dict[str, Any]:
-    """Table of a scenario in which a sensor measures all that it can."""
-    return dict.fromkeys(member.measures, sensor)
-
-
 def stands(member: type[Component], kind: type[Scenario]) -> Iterator[Stand]:
     """A stand of each size; bodies with a policy move in two or three axes."""
     for robots, axes in SIZES:
@@ -260,11 +238,56 @@ def stands(member: type[Component], kind: type[Scenario]) -> Iterator[Stand]:
 
 
 def table_of(member: type[Any], axes: int) -> dict[str, Any]:
-    """The table of a member as a scenario gives it: its name, and its vectors, which fit so many axes."""
+    """The table of a member as a scenario gives it: its name, and what it has to be given in so many axes."""
     key = kind_of(member)
     vectors = member.vectors() if issubclass(member, Component) else ()
     vector = tuple(1.0 / (1.0 + axis) for axis in range(axes))
-    return {key: member.model_fields[key].default, **dict.fromkeys(vectors, vector)}
+    table = {key: member.model_fields[key].default, **dict.fromkeys(vectors, vector)}
+    if issubclass(member, Failure):
+        return {**table, "robot": 1, "at": 0.5}
+    return {**table, "below": 1.0} if issubclass(member, Rule) else table
+
+
+def table_with(
+    member: type[Any], own: dict[str, Any], axes: int, measures: Sequence[str] = ()
+) -> dict[str, Any]:  # fmt: skip
+    """Return tables of a scenario in which a component takes part.
+
+    Robots with an estimator measure with errors, and some messages are lost; with a radio, one robot sees the
+    target; with a sensor, they measure all that it can.
+
+    Args:
+        member: The component.
+        own: Its table.
+        axes: Of the mission.
+        measures: What robots with an estimator measure; empty for what it needs.
+    """
+    if issubclass(member, Law):
+        return {"controller": own}
+    if issubclass(member, Behavior):
+        return {"mission": {"behaviors": (own,)}}
+    if issubclass(member, OuterLoop):
+        return {"mission": {"outer": own}}
+    if issubclass(member, Policy):
+        return {"target": {"position": (0.0,) * axes, "policy": own}}
+    if issubclass(member, Estimator):
+        measures = measures or member.needs[0]
+        noise = dict.fromkeys(measures, 0.05)
+        sight = {"robots": (1,), "measures": tuple(measures), "noise": noise}
+        return {
+            "knowledge": {"estimator": own, "target": sight, "initial": {"position": 0.5}},
+            "communication": {"rate": 50.0, "delay": 0.04, "loss": 0.2},
+        }
+    if issubclass(member, Radio):
+        return {"knowledge": {"target": {"robots": (1,)}}, "communication": own}
+    if issubclass(member, Disturbance):
+        return {"uncertainty": {"disturbances": (own,)}}
+    if issubclass(member, Failure):
+        return {"robots": {"failures": (own,)}, "mission": {"behaviors": ("surface",)}}
+    if issubclass(member, Rule):
+        phase = {"behaviors": ("surface",), "when": own}
+        return {"mission": {"behaviors": ("surface",), "supervisor": (phase,)}}
+    return {"sensing": dict.fromkeys(member.measures, own)}
 
 
 def other_form(member: type[Component]) -> type[Component] | None:

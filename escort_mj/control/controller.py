@@ -100,7 +100,7 @@ def evaluate(plan: Plan, state: State) -> None:
     n, p = state.q.shape
     for at in range(0, n * p, WIDTH):
         store(state.e, at, load(state.q_d, at) - load(state.q_measured, at))
-    failing = plan.failure_start.shape[0] > 0
+    failing = plan.failure.shape[0] > 0
     if failing:
         notice_losses(plan, state)
     if moved and plan.opponent_obstacle.shape[0] > 0:

@@ -3,66 +3,71 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, Any, Literal
+from collections.abc import Callable
+from typing import Annotated, Any
 
 import numpy as np
-from numpy.typing import NDArray
-from pydantic import Field, NonNegativeFloat, PositiveFloat, PositiveInt
 
-from escort_mj.components.parameters import UNLIMITED, Parameters
+from escort_mj.components.component import block_at, number_of, reader
+from escort_mj.components.dispatch import one_of
 from escort_mj.components.setup import MissionSetup
+from escort_mj.control.custom.calls import custom_failure
+from escort_mj.failures import FAILURES, Failure
+from escort_mj.failures.failure import MOTORS, failing_by, failure_view
 from escort_mj.native.fields import Array, Fields, Value
-from escort_mj.native.kernels import inlined
+from escort_mj.native.kernels import inlined, inlined_once, reachable, view_addresses
 from escort_mj.native.on_demand import on_demand
 from escort_mj.numerics.noise import uniform
-from escort_mj.numerics.reform import ALTERNATIONS, SAME, reform
+from escort_mj.numerics.reform import reform
 from escort_mj.plan import Plan, State
 
-Mask = NDArray[np.bool_]
-
-HOLD = 0.5  # how long a mad motor keeps a force [s]
-FAILURE_KINDS = ("dead", "stuck", "mad")
-DEAD, STUCK, MAD = 0.0, 1.0, 2.0  # their places there
+NEVER = -1.0  # in place of the block of a robot whose motors do not fail
 
 
 class FailureParameters(Fields):
-    """What becomes of each robot's motors; no rows where none fails."""
+    """Whose motors fail; no rows where none do."""
 
-    failure_start: Annotated[Array, "failing", Value("s", "when they fail; 1e300 for never")]
-    failure_kind: Annotated[Array, "failing", Value("1", "place in FAILURE_KINDS")]
-    failure_noticed: Annotated[Array, "failing", Value("s", "when the team knows")]
-    failure_force: Annotated[Array, "failing", Value("N", "largest force of mad motors")]
+    failure: Annotated[Array, "failing", Value("1", "place in FAILURES; their number for a plugin's")]
+    failure_place: Annotated[
+        Array, "failing", Value("1", "where its block in `parameters` begins; -1 for none")
+    ]
+    failure_motors: Annotated[Array, "failing", Value("1", "place in MOTORS: what rotors and servos do")]
+    failure_renews: Annotated[Array, "failing", Value("s", "how long random numbers are kept")]
 
     @classmethod
     def packed(cls, setup: MissionSetup) -> dict[str, Any]:
         """Return the values of the fields for a mission."""
-        never = [UNLIMITED, DEAD, UNLIMITED, 0.0]
-        table = np.tile(never, (setup.count if setup.failures else 0, 1))
+        kind, motors, renews = np.zeros((3, setup.count if setup.failures else 0))
         for failure in setup.failures:
             robot = failure.robot - 1
-            force = setup.force_limit[robot] if failure.force is None else failure.force
-            kind = FAILURE_KINDS.index(failure.kind)
-            table[robot] = failure.at, kind, failure.at + failure.notice, force
-        names = ("failure_start", "failure_kind", "failure_noticed", "failure_force")
-        return dict(zip(names, table.T, strict=True))
+            kind[robot] = number_of(failure, FAILURES)
+            motors[robot], renews[robot] = MOTORS.index(failure.motors), failure.renews
+        return {"failure": kind, "failure_motors": motors, "failure_renews": renews}
 
 
-class Failure(Parameters):
-    """A failure of a robot's motors.
+class FailureState(Fields):
+    """What a failure is given, and what it commands."""
 
-    Once the team knows about it, the robot counts as an obstacle, and the others close ranks.
-    """
+    failure_age: Annotated[Array, 1, Value("s", "how long ago the motors failed")]
+    failure_draw: Annotated[Array, "failing", "p", Value("1", "random numbers, uniform in (-1, 1)")]
+    failure_command: Annotated[Array, "failing", "p", Value("N", "what the motors are to give")]
 
-    robot: PositiveInt
-    """Number of the robot, from 1."""
-    at: NonNegativeFloat
-    """Time of the failure [s]."""
-    kind: Literal["dead", "stuck", "mad"] = "dead"
-    """`dead`: no force; `stuck`: the last force, held constant; `mad`: random forces, each held for 0.5 s."""
-    notice: NonNegativeFloat = 0.5
-    """Delay until the team knows about the failure [s]; until then, the robot counts as intact."""
-    force: Annotated[PositiveFloat, Field(le=1e12)] | None = None
-    """Largest force per axis of a `mad` robot [N]; null: the robot's force limit."""
+
+_read = reader(Failure)
+
+
+@inlined
+def has_failed(i: int, plan: Plan, state: State) -> bool:
+    """Whether the motors of a robot have failed, in a mission in which some fail."""
+    if plan.failure_place[i] == NEVER:
+        return False
+    return state.time[0] + 0.5 * plan.timestep >= _failure_of(i, plan).at
+
+
+@inlined
+def _failure_of(i: int, plan: Plan) -> Any:
+    """Return those parameters of the failure of a robot that all failures have."""
+    return _read(block_at(int(plan.failure_place[i]), plan), 0)
 
 
 @on_demand
@@ -72,9 +77,11 @@ def notice_losses(plan: Plan, state: State) -> None:
     late = state.time[0] + 0.5 * plan.timestep
     news, left = False, 0
     for i in range(n):
-        if state.lost[i] == 0.0 and late >= plan.failure_noticed[i]:
-            state.lost[i] = 1.0
-            news = True
+        if state.lost[i] == 0.0 and plan.failure_place[i] != NEVER:
+            failure = _failure_of(i, plan)
+            if late >= failure.at + failure.notice:
+                state.lost[i] = 1.0
+                news = True
         if state.lost[i] == 0.0:
             left += 1
     if news and plan.team_radius.shape[0] == 0:  # teams close ranks each by itself
@@ -115,47 +122,35 @@ def command_failing_motors(plan: Plan, state: State) -> None:
     The law asks nothing of a robot that is lost, and neither its reference nor its estimate moves on.
     """
     n, p = state.q.shape
-    late = state.time[0] + 0.5 * plan.timestep
     for i in range(n):
         if state.lost[i] != 0.0:
             for k in range(p):
                 state.tau[i, k] = 0.0
                 state.q_d_rate[i, k] = state.v_measured[i, k]
                 state.rho_hat_rate[i, k] = 0.0
-        if late < plan.failure_start[i]:
-            continue
-        kind = plan.failure_kind[i]
-        if kind == MAD:
-            held = int((late - plan.failure_start[i]) / HOLD)
-            uniform(i, plan.failure_force[i], plan.seed, held, state.command[i])
-        else:
+        if has_failed(i, plan, state):
+            age = state.time[0] + 0.5 * plan.timestep - _failure_of(i, plan).at
+            every, draw = plan.failure_renews[i], int(state.step[0])
+            if every > 0.0:
+                draw = int(age / every)
+            uniform(i, 1.0, plan.seed, draw, state.failure_draw[i])
+            state.failure_age[0] = age
+            _fail(int(plan.failure[i]), i, plan, state)
             for k in range(p):
-                state.command[i, k] = state.force_before[i, k] if kind == STUCK else 0.0
+                state.command[i, k] = state.failure_command[i, k]
 
 
-def placed(points: Array, directions: Array, turns: Array) -> Array:
-    """Points turned and dealt so that each direction has one near, shape (k, p): assignment, then Kabsch.
+def _kernel_of(failure: type[Failure]) -> Callable[..., Any]:
+    """Return a kernel that has a failure that ships command the motors of a robot."""
+    equations = {name: inlined_once(equation) for name, equation in failure.equations().items()}
+    command, read = inlined(failing_by(failure, equations)), reader(failure)
 
-    Args:
-        points: Of the even figure, shape (k, p).
-        directions: Of the robots from the target, shape (k, p).
-        turns: Rotations to start from, shape (tries, p, p).
-    """
-    from scipy.optimize import linear_sum_assignment
+    def fail(i: int, plan: Plan, state: State) -> None:
+        plan_at, state_at = view_addresses(state)
+        view = failure_view(plan_at, state_at, state.q.shape[1])
+        command(read(block_at(int(plan.failure_place[i]), plan), 0), view, i)
 
-    best, highest = points, -np.inf
-    for rotation in turns:
-        taken = np.full(len(points), -1)
-        for _ in range(ALTERNATIONS):
-            turned = points @ rotation.T
-            found = linear_sum_assignment(directions @ turned.T, maximize=True)[1]
-            if (found == taken).all():
-                break
-            taken = found
-            u, _, vt = np.linalg.svd(directions.T @ points[taken])
-            u[:, -1] *= np.sign(np.linalg.det(u @ vt))
-            rotation = u @ vt
-        alignment = float((directions * turned[taken]).sum())
-        if alignment > highest + SAME:
-            best, highest = turned[taken], alignment
-    return best
+    return inlined(reachable(fail, f"fail_by_{failure.model_fields['kind'].default}"))
+
+
+_fail = one_of([*map(_kernel_of, FAILURES), custom_failure])

@@ -7,12 +7,11 @@ from dataclasses import dataclass
 
 from escort_mj.behaviors import Behavior
 from escort_mj.components.setup import MissionSetup
-from escort_mj.control.failure import Failure
 from escort_mj.control.outer_loops import Nsb, OuterLoop
-from escort_mj.control.supervisor import ControlPhase
 from escort_mj.control.trigger import Trigger
 from escort_mj.disturbances import Disturbance
 from escort_mj.estimators import Estimator, Hold
+from escort_mj.failures import Failure
 from escort_mj.knowledge.sight import Sight
 from escort_mj.laws import Law
 from escort_mj.radios import Radio
@@ -28,7 +27,6 @@ class Setup(MissionSetup):
     laws: tuple[Law, ...] = ()
     disturbances: tuple[Disturbance, ...] = ()
     outer: OuterLoop = Nsb()
-    phases: tuple[ControlPhase, ...] = ()
     trigger: Trigger | None = None
     failures: tuple[Failure, ...] = ()
     sensing: Sensors = Sensors()

@@ -3,33 +3,26 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, Any, Literal, NamedTuple
+from collections.abc import Callable
+from typing import Annotated, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from escort_mj.behaviors import Behavior
-from escort_mj.components.obstacles import obstacles_seen
-from escort_mj.components.parameters import Parameters
+from escort_mj.behaviors.robots import robots_at
+from escort_mj.components.component import block_at, number_of, reader
+from escort_mj.components.dispatch import one_of
+from escort_mj.components.parameters import UNLIMITED
 from escort_mj.components.setup import MissionSetup
-from escort_mj.knowledge.belief import target_place
+from escort_mj.control.custom.calls import custom_rule
 from escort_mj.native.fields import Array, Fields, Value
-from escort_mj.native.kernels import inlined, merged
+from escort_mj.native.kernels import inlined, inlined_once
+from escort_mj.native.lanes import WIDTH, everywhere, store
 from escort_mj.native.on_demand import on_demand
 from escort_mj.plan import Plan, State
+from escort_mj.rules import RULES, Rule
+from escort_mj.rules.rule import TEAM
 
-Mask = NDArray[np.bool_]
-
-QUANTITIES = (
-    "obstacle_distance",
-    "robot_distance",
-    "target_distance",
-    "target_obstacle_distance",
-    "robots_lost",
-)
-OBSTACLE, ROBOT, TARGET, TARGET_OBSTACLE, LOST = 0.0, 1.0, 2.0, 3.0, 4.0
-
-ALWAYS = -1.0  # quantity of a phase without a condition
+ALWAYS = -1.0  # in place of the rule of a phase without a condition
 
 
 class SupervisorParameters(Fields):
@@ -39,86 +32,33 @@ class SupervisorParameters(Fields):
     phase_levels: Annotated[Array, "phases", Value("1", "how many levels it has")]
     phase_after: Annotated[Array, "phases", Value("s", "not before this time")]
     phase_before: Annotated[Array, "phases", Value("s", "only before this time")]
-    phase_quantity: Annotated[Array, "phases", Value("1", "place in QUANTITIES; -1 for no condition")]
-    phase_below: Annotated[Array, "phases", Value("1", "1 where it begins below its threshold")]
-    phase_threshold: Annotated[Array, "phases", Value("m or 1", "where it begins")]
-    phase_release: Annotated[Array, "phases", Value("m or 1", "where it ends")]
-    phase_team: Annotated[Array, "phases", Value("1", "1 where all robots change over together")]
-    phase_members: Annotated[Array, "phases", Value("1", "team that it rules, from 1; 0 for all robots")]
+    phase_team: Annotated[Array, "phases", Value("1", "team that it rules, from 1; 0 for all robots")]
+    phase_rule: Annotated[
+        Array, "phases", Value("1", "place in RULES, their number for a plugin's; -1 for no condition")
+    ]
+    phase_rule_place: Annotated[Array, "phases", Value("1", "where its block in `parameters` begins")]
 
     @classmethod
     def packed(cls, setup: MissionSetup) -> dict[str, Any]:
         """Return the values of the fields for a mission."""
-        phases = [ControlPhase("", setup.behaviors), *setup.phases]
-        conditions = [phase.when for phase in phases]
+        phases, names = setup.phases, [None, *(team.name for team in setup.teams)]
+        levels = [len(stack) for stack in setup.stacks]
+        rules = [ALWAYS if phase.when is None else number_of(phase.when, RULES) for phase in phases]
         return {
-            "phase_first": np.cumsum([0, *(len(phase.behaviors) for phase in phases[:-1])]),
-            "phase_levels": [len(phase.behaviors) for phase in phases],
-            "phase_after": [phase.after for phase in phases],
-            "phase_before": [phase.before for phase in phases],
-            "phase_quantity": [QUANTITIES.index(when.quantity) if when else ALWAYS for when in conditions],
-            "phase_below": [when is not None and when.below is not None for when in conditions],
-            "phase_threshold": [when.threshold if when else 0.0 for when in conditions],
-            "phase_release": [when.end if when else 0.0 for when in conditions],
-            "phase_members": [phase.team for phase in phases],
-            "phase_team": [when is not None and when.scope == "team" for when in conditions],
+            "phase_first": np.cumsum([0, *levels[:-1]]),
+            "phase_levels": levels,
+            "phase_after": [0.0, *(phase.after for phase in phases)],
+            "phase_before": [math.inf, *(phase.before or math.inf for phase in phases)],
+            "phase_team": [0, *(names.index(phase.team) for phase in phases)],
+            "phase_rule": [ALWAYS, *rules],
         }
 
 
 class SupervisorState(Fields):
-    """What hysteresis remembers."""
+    """What is compared, and what hysteresis remembers."""
 
+    compared: Annotated[Array, "ruled", Value("1", "what a rule compares, of each robot")]
     latched: Annotated[Array, "n", "phases", Value("1", "1 while a phase's condition holds")]
-
-
-class Condition(Parameters):
-    """Condition for a phase, evaluated with the robots' measurements (`sensing`)."""
-
-    quantity: Literal[QUANTITIES]  # type: ignore[valid-type]
-    """Compared quantity: the distance from a robot to the nearest obstacle or to the nearest other robot,
-    surface to surface [m]; the distance between the centers of the robot and the target [m]; the distance
-    from the target's center to the surface of the nearest obstacle [m]; or the number of failed robots
-    [1]."""
-    below: float | None = None
-    """The phase begins when the quantity falls below this value [m or 1]. Set `below` or `above`."""
-    above: float | None = None
-    """The phase begins when the quantity rises above this value [m or 1]."""
-    release: float | None = None
-    """The phase ends when the quantity passes this value on its way back [m or 1]; null: the threshold
-    itself, without hysteresis."""
-    scope: Literal["robot", "team"] = "robot"
-    """Which robots change phase: the `robot` that meets the condition, or the whole `team` as soon as one
-    robot does."""
-
-    @property
-    def threshold(self) -> float:
-        """Where the phase begins [m]."""
-        return self.below if self.below is not None else float(self.above or 0.0)
-
-    @property
-    def end(self) -> float:
-        """Where the phase ends [m]."""
-        return self.threshold if self.release is None else self.release
-
-
-class ControlPhase(NamedTuple):
-    """A stretch of the mission with a priority stack of its own.
-
-    Attributes:
-        name: For the trace.
-        behaviors: By priority, the most important first.
-        after: Not before this time [s].
-        before: Only before this time [s]; inf for no end.
-        when: Condition beside the time; None for none.
-        team: Which team it rules, from 1; 0 for all robots.
-    """
-
-    name: str
-    behaviors: tuple[Behavior, ...]
-    after: float = 0.0
-    before: float = math.inf
-    when: Condition | None = None
-    team: int = 0
 
 
 @on_demand
@@ -134,14 +74,17 @@ def supervise(plan: Plan, state: State) -> None:
     for i in range(n):
         state.phase[i] = 0.0
     for f in range(1, plan.phase_first.shape[0]):
-        in_time = plan.phase_after[f] <= time < plan.phase_before[f]
-        always, someone = plan.phase_quantity[f] == ALWAYS, False
+        in_time, always = plan.phase_after[f] <= time < plan.phase_before[f], plan.phase_rule[f] == ALWAYS
+        if in_time and not always:
+            _compare(int(plan.phase_rule[f]), f, plan, state)
+        someone = False
         for i in range(n):
             holds = in_time and _rules(i, f, plan, state) and (always or _holds(i, f, plan, state))
             state.latched[i, f] = 1.0 if holds else 0.0
             someone = someone or holds
+        together = not always and _rule_of(f, plan).scope == TEAM
         for i in range(n):
-            if plan.phase_team[f] != 0.0 and someone and _rules(i, f, plan, state):
+            if together and someone and _rules(i, f, plan, state):
                 state.latched[i, f] = 1.0
             if state.latched[i, f] != 0.0:
                 state.phase[i] = float(f)
@@ -150,52 +93,36 @@ def supervise(plan: Plan, state: State) -> None:
 @inlined
 def _rules(i: int, phase: int, plan: Plan, state: State) -> bool:
     """Whether a robot is in the team that a phase rules."""
-    return plan.phase_members[phase] == 0.0 or plan.phase_members[phase] == state.member_of[i]
+    return plan.phase_team[phase] == 0.0 or plan.phase_team[phase] == state.member_of[i]
 
 
-@merged
+_read = reader(Rule)
+
+
+@inlined
+def _rule_of(phase: int, plan: Plan) -> Any:
+    """Return those parameters of the condition of a phase that all rules have."""
+    return _read(block_at(int(plan.phase_rule_place[phase]), plan), 0)
+
+
+@inlined
 def _holds(i: int, phase: int, plan: Plan, state: State) -> bool:
     """Whether a robot meets a phase's condition; a phase that rules is left at its release only."""
-    latched = state.latched[i, phase] != 0.0
-    bound = plan.phase_release[phase] if latched else plan.phase_threshold[phase]
-    value = _quantity(i, plan.phase_quantity[phase], plan, state)
-    return value < bound if plan.phase_below[phase] != 0.0 else value > bound
+    rule = _rule_of(phase, plan)
+    bound = rule.end if state.latched[i, phase] != 0.0 else rule.threshold
+    return state.compared[i] < bound if rule.below < UNLIMITED else state.compared[i] > bound
 
 
-@merged
-def _quantity(i: int, quantity: float, plan: Plan, state: State) -> float:
-    """What a condition looks at, for robot i [m or 1]; infinite where there is nothing to be near to."""
-    q, p = state.q_measured, state.q.shape[1]
-    if quantity == LOST:
-        losses = 0.0
-        for j in range(q.shape[0]):
-            losses += state.lost[j]
-        return losses
-    if quantity == TARGET:
-        square = 0.0
-        for k in range(p):
-            square += (q[i, k] - target_place(i, plan, state)[k]) ** 2
-        return math.sqrt(square)
-    nearest = math.inf
-    if quantity == ROBOT:
-        for j in range(q.shape[0]):
-            square = 0.0
-            for k in range(p):
-                square += (q[i, k] - q[j, k]) ** 2
-            if j != i:
-                nearest = min(nearest, math.sqrt(square) - plan.robot_radius[i] - plan.robot_radius[j])
-        return nearest if nearest <= plan.sensing_robots else math.inf
-    of_target = quantity == TARGET_OBSTACLE
-    seen, around = obstacles_seen(i, plan, state), obstacles_seen(q.shape[0], plan, state)
-    for j in range(plan.obstacle_radius.shape[0]):
-        square = of_target_square = 0.0
-        for k in range(p):
-            square += (q[i, k] - seen[j, k]) ** 2
-            of_target_square += (target_place(i, plan, state)[k] - around[j, k]) ** 2
-        gap = math.sqrt(square) - plan.robot_radius[i] - plan.seen_radius[j]
-        if gap > plan.sensing_obstacles:
-            continue
-        if of_target:
-            gap = math.sqrt(of_target_square) - plan.obstacle_radius[j]
-        nearest = min(nearest, gap)
-    return nearest
+def _kernel_of(rule: type[Rule]) -> Callable[..., Any]:
+    """Return a kernel that writes what a rule that ships compares."""
+    value, read = inlined_once(rule.value), reader(rule)
+
+    def compare(phase: int, plan: Plan, state: State) -> None:
+        parameters = read(block_at(int(plan.phase_rule_place[phase]), plan), 0)
+        for i in range(0, state.q.shape[0], WIDTH):
+            store(state.compared, i, everywhere(value(parameters, robots_at(i, plan, state))))
+
+    return inlined(compare)
+
+
+_compare = one_of([*map(_kernel_of, RULES), custom_rule])

@@ -28,7 +28,7 @@ from escort_mj.control.controller import ControllerParameters, ControllerState
 from escort_mj.control.custom.calls import CustomState
 from escort_mj.control.deciding import PolicyParameters
 from escort_mj.control.disturbing import DisturbanceParameters, DisturbanceState
-from escort_mj.control.failure import FailureParameters
+from escort_mj.control.failure import FailureParameters, FailureState
 from escort_mj.control.harmonics import HarmonicParameters
 from escort_mj.control.inner import InnerLoopParameters, InnerLoopState
 from escort_mj.control.knowing import EstimatorParameters
@@ -42,6 +42,7 @@ from escort_mj.control.trigger import TriggerParameters, TriggerState
 from escort_mj.control.velocity import OuterLoopParameters
 from escort_mj.disturbances.disturbance import DisturbanceView
 from escort_mj.estimators.estimator import EstimatorView, estimator_view
+from escort_mj.failures.failure import FailureView, failure_view
 from escort_mj.knowledge.auction import AuctionParameters, AuctionState
 from escort_mj.knowledge.belief import BeliefParameters, BeliefState
 from escort_mj.knowledge.links import LinkParameters, LinkState
@@ -128,6 +129,7 @@ class State(
     TeammateState,
     ControllerState,
     ProgramState,
+    FailureState,
     SupervisorState,
     TriggerState,
     PaceState,
@@ -179,6 +181,8 @@ BY_ROBOT = (
         "remembering",
         "pushed",
         "blown",
+        "failing",
+        "ruled",
     ),
 )
 LAYOUT = Layout(MAGIC, Plan, State, whole=BY_ROBOT)
@@ -189,6 +193,7 @@ LAYOUT.part(EstimatorView)
 LAYOUT.part(RadioView)
 LAYOUT.part(DisturbanceView)
 LAYOUT.part(SensorView)
+LAYOUT.part(FailureView)
 
 
 @inlined
@@ -227,6 +232,7 @@ viewer(LAYOUT, PolicyView, policy_view)
 viewer(LAYOUT, EstimatorView, estimator_view)
 viewer(LAYOUT, RadioView, radio_view)
 viewer(LAYOUT, SensorView, sensor_view)
+viewer(LAYOUT, FailureView, failure_view)
 
 
 def state_size(packed: Array) -> int:

@@ -12,12 +12,14 @@ from escort_mj.behaviors import BEHAVIORS
 from escort_mj.components.component import Component, shipped_layout
 from escort_mj.components.parameters import UNLIMITED
 from escort_mj.control.custom.native import block_of
+from escort_mj.control.failure import NEVER
 from escort_mj.control.harmonics import sum_of, tabulate
 from escort_mj.control.outer_loops import OUTER_LOOPS
 from escort_mj.control.setup import Setup
 from escort_mj.control.trigger import ALWAYS, Trigger
 from escort_mj.disturbances import DISTURBANCES
 from escort_mj.estimators import ESTIMATORS
+from escort_mj.failures import FAILURES
 from escort_mj.laws import LAWS
 from escort_mj.memory.layout import LAYOUT, Plan
 from escort_mj.memory.sampling import Sampling, signal_dimensions
@@ -31,6 +33,7 @@ from escort_mj.numerics.program import Op
 from escort_mj.numerics.reform import scratch_size
 from escort_mj.policies import POLICIES
 from escort_mj.radios import RADIOS
+from escort_mj.rules import RULES
 from escort_mj.sensing.sensors import rows_of_past
 from escort_mj.sensors import SENSORS
 from escort_mj.signals import SIGNALS, record_size, record_sizes
@@ -73,6 +76,7 @@ def pack(setup: Setup, sampling: Sampling, signals: Sequence[str] = ()) -> Array
         "pushed": n * bool(setup.disturbances),
         "blown": n * any(each.draws for each in setup.disturbances),
         "mixed": n * bool(setup.laws),
+        "ruled": n * any(phase.when is not None for phase in setup.phases),
         "turns": len(values["turns"]) // p,
         "modeled": n
         * any(law.needs_model for law in setup.all_laws),  # robots whose law is given their model
@@ -160,7 +164,7 @@ def _functions(setup: Setup) -> dict[str, Any]:
 
 SHIPPED = (
     *(*LAWS, *OUTER_LOOPS, *ESTIMATORS, *BEHAVIORS, *POLICIES, *RADIOS, *SENSORS, *DISTURBANCES),
-    Trigger,
+    *(*FAILURES, *RULES, Trigger),
 )
 
 
@@ -179,6 +183,8 @@ def _components(setup: Setup) -> dict[str, Any]:
         "own_sensor_place": [*setup.sensing.own.values()],
         "team_law_place": [*setup.laws],
         "disturbance_place": [*setup.disturbances],
+        "failure_place": [*setup.failures],
+        "phase_rule_place": [phase.when for phase in setup.phases if phase.when is not None],
     }
     blocks, places, end = [], {name: [0] * 0 for name in members}, 0
     for name, group in members.items():
@@ -189,7 +195,9 @@ def _components(setup: Setup) -> dict[str, Any]:
             else:
                 blocks.append(block_of(member, setup.axes))
             end += len(blocks[-1])
-    by_policy = iter(places["mover_place"])
+    by_policy, by_rule = iter(places["mover_place"]), iter(places["phase_rule_place"])
+    failing = np.full(setup.count if setup.failures else 0, NEVER)
+    failing[[failure.robot - 1 for failure in setup.failures]] = places["failure_place"]
     return {
         "parameters": np.concatenate(blocks),
         "team_law_place": places["team_law_place"],
@@ -202,5 +210,7 @@ def _components(setup: Setup) -> dict[str, Any]:
         "lidar_place": places["lidar_place"][0] if setup.sensing.lidar else 0,
         "own_sensor_place": places["own_sensor_place"],
         "level_place": places["level_place"],
+        "failure_place": failing,
+        "phase_rule_place": [0, *(0 if phase.when is None else next(by_rule) for phase in setup.phases)],
         "mover_place": [0 if mover.policy is None else next(by_policy) for mover in setup.movers],
     }

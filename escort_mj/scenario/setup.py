@@ -15,7 +15,6 @@ from escort_mj.behaviors.formation import ALONG
 from escort_mj.components.rays import KINDS
 from escort_mj.components.setup import EscortTeam, Frame, FunctionOfTime, Mover, Opponent, Shape
 from escort_mj.control.setup import Setup
-from escort_mj.control.supervisor import ControlPhase
 from escort_mj.numerics.formation import Arrangement, arrange
 from escort_mj.numerics.reform import Reforming, reforming
 from escort_mj.numerics.thomson import Figure, even_figure, even_points, nearest_edges
@@ -80,7 +79,7 @@ def controller_setup(
         disturbance=disturbance_trajectory(scenario),
         disturbances=tuple(each for each in scenario.uncertainty.disturbances if not each.of_time),
         failures=scenario.robots.failures,
-        phases=_phases(scenario),
+        phases=scenario.mission.supervisor,
         trigger=scenario.mission.trigger,
         movers=_movers(scenario, obstacles),
         opponents=_opponents(scenario, obstacles),
@@ -228,22 +227,6 @@ def _formations(scenario: Scenario) -> tuple[Frame, ...]:
         function = Trajectory((*trajectory(way, scenario.axes).components, *turned))
         found.append(Frame(np.array(behavior.offsets, dtype=float), function, along, behavior.follows))
     return tuple(found)
-
-
-def _phases(scenario: Scenario) -> tuple[ControlPhase, ...]:
-    """The supervisor's phases."""
-    names = [team.name for team in scenario.teams]
-    return tuple(
-        ControlPhase(
-            phase.name or f"phase_{number}",
-            phase.behaviors,
-            phase.after,
-            math.inf if phase.before is None else phase.before,
-            phase.when,
-            0 if phase.team is None else names.index(phase.team) + 1,
-        )
-        for number, phase in enumerate(scenario.mission.supervisor, 1)
-    )
 
 
 def all_behaviors(scenario: Scenario) -> list[Behavior]:

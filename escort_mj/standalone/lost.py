@@ -8,8 +8,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from escort_mj.control.failure import Failure
 from escort_mj.control.setup import Setup
+from escort_mj.failures import Dead
 from escort_mj.numerics.thomson import even_figure, even_points
 
 Array = NDArray[np.float64]
@@ -33,7 +33,7 @@ class Figures(NamedTuple):
     vertices: Array
 
 
-def who_may_be_lost(setup: Setup) -> tuple[Failure, ...]:
+def who_may_be_lost(setup: Setup) -> tuple[Dead, ...]:
     """Return failures that never happen: with them, a law has what it needs for robots that are lost.
 
     Even points of smaller teams are solved now, since in space that may take seconds.
@@ -42,7 +42,7 @@ def who_may_be_lost(setup: Setup) -> tuple[Failure, ...]:
         sizes = [len(team.robots) for team in setup.teams] or [setup.count]
         for count in {size - lost for size in sizes for lost in range(PREPARED + 1) if size > lost}:
             even_points(count, setup.axes)
-    return tuple(Failure(robot=robot + 1, at=NEVER) for robot in range(setup.count))
+    return tuple(Dead(robot=robot + 1, at=NEVER) for robot in range(setup.count))
 
 
 def regrouped(

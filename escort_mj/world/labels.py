@@ -82,7 +82,9 @@ def labels_of(scenario: Scenario, world: World) -> dict[str, Any]:
             "contact_forces": FORCES if scenario.axes <= IN_SPACE else NO_FORCES,
             **_surroundings(world),
             "mission_radius": _size(scenario, world),
-            "phases": ", ".join(["mission", *(phase.name for phase in setup.phases)]),
+            "phases": ", ".join(
+                ["mission", *(phase.name or f"phase_{k}" for k, phase in enumerate(setup.phases, 1))]
+            ),
             "goal_reach": next((b.reach for b in setup.all_behaviors if isinstance(b, Headed)), 0.0),
             "safe_distance": avoid.safe_distance if avoid else 0.0,
             "safe_distance_measure": avoid.measure if avoid else "none",

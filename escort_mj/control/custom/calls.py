@@ -165,6 +165,32 @@ def custom_disturbance(d: int, plan: Plan, state: State) -> None:
 
 
 @on_demand
+def custom_failure(i: int, plan: Plan, state: State) -> None:
+    """Has a plugin's failure command the motors of robot i; where it fails, their forces are no numbers."""
+    block, total = block_at(int(plan.failure_place[i]), plan), 0.0
+    failed, _ = _asked(block, i, state)
+    for k in range(state.q.shape[1]):
+        total += state.failure_command[i, k]
+        if failed:
+            state.failure_command[i, k] = math.nan
+    if not failed and not math.isfinite(total):
+        _note_no_number(block, i, state)
+
+
+@on_demand
+def custom_rule(phase: int, plan: Plan, state: State) -> None:
+    """Asks a plugin's rule of all robots what it compares; where it fails, that is no number."""
+    block, n = block_at(int(plan.phase_rule_place[phase]), plan), state.q.shape[0]
+    for i in range(0, n, WIDTH):
+        failed, _ = _asked(block, i, state)
+        for robot in range(i, min(i + WIDTH, n)):
+            if failed:
+                state.compared[robot] = math.nan
+            elif not math.isfinite(state.compared[robot]):
+                _note_no_number(block, robot, state)
+
+
+@on_demand
 def custom_sensor(s: int, question: int, plan: Plan, state: State) -> None:
     """Asks a plugin's sensor along one axis; where it fails, what it shows is not a number."""
     block = block_at(int(plan.own_sensor_place[s]), plan)

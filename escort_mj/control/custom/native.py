@@ -20,12 +20,13 @@ from escort_mj.behaviors.behavior import Behavior
 from escort_mj.behaviors.evaluation import asking_by
 from escort_mj.behaviors.task import Inequality, Task
 from escort_mj.components.component import Component, layout_of
-from escort_mj.components.equations import Equations
-from escort_mj.components.parameters import kind_of
+from escort_mj.components.equations import Equations, kind_word
 from escort_mj.components.views import LawView
 from escort_mj.disturbances import Disturbance
 from escort_mj.disturbances.evaluation import pushing_by
 from escort_mj.errors import CompilerMissingError, PluginError
+from escort_mj.failures import Failure
+from escort_mj.failures.failure import failing_by
 from escort_mj.laws.evaluation import array_evaluation, evaluation_by, memory_by
 from escort_mj.laws.law import Law
 from escort_mj.native import artifacts, cache
@@ -37,6 +38,8 @@ from escort_mj.native.on_demand import CLASSES
 from escort_mj.native.vectors import Vec
 from escort_mj.plugin_calls import place_of, step
 from escort_mj.radios.radio import Radio, answering_by
+from escort_mj.rules import Rule
+from escort_mj.rules.rule import comparing_by
 from escort_mj.sensors.sensor import Sensor, showing_by
 
 MOST = 512  # functions of plugins that a process knows
@@ -152,12 +155,14 @@ def _compiled_equations(model: type[Equations], layout: Layout, text: str, known
     if kept is not None:
         return Slot(model, layout, method, kept, artifacts.load_plugged(kept))
     if cache.version("numba") == "none":
-        raise CompilerMissingError(f"{_place(method)}: {model.__name__} is a {kind_of(model)} to be compiled")
+        raise CompilerMissingError(
+            f"{_place(method)}: {model.__name__} is a {kind_word(model)} to be compiled"
+        )
     from escort_mj.native.compiler.plugged import NotCompiledError, compile_function, in_kernels
 
     equations = {each: in_kernels(function) for each, function in model.equations().items()}
     run, given = evaluating(model, in_kernels, equations), _given(model, layout, text, known)
-    called = f"the {kind_of(model)} {model.__name__}"
+    called = f"the {kind_word(model)} {model.__name__}"
     try:
         keep, address, plugged = compile_function(run, given, model.answers, method, called)
     except NotCompiledError as error:
@@ -185,6 +190,10 @@ def evaluating(
         return pushing_by(model, made, equations)
     if issubclass(model, Sensor):
         return showing_by(model, made, equations)
+    if issubclass(model, Failure):
+        return failing_by(model, equations)
+    if issubclass(model, Rule):
+        return comparing_by(equations)
     assert issubclass(model, Law)
     evaluate, write_memory = (by(model, made, equations) for by in (evaluation_by, memory_by))
 
@@ -262,7 +271,7 @@ def _in_python(own: Any, view: Any) -> Callable[..., Any]:
         return partial(_with_any_lanes, evaluating(model, lambda function: function, vectors), own, view)
     if isinstance(own, Equations):
         equations = {name: _returning(name, function) for name, function in model.equations().items()}
-        return partial(evaluating(model, lambda function: function, equations), own, view)
+        return partial(_with_any_lanes, evaluating(model, lambda function: function, equations), own, view)
     return partial(getattr(model, model.method), own, view)
 
 

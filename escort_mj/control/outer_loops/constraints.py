@@ -75,7 +75,7 @@ def find_constraints(
     motion = vector_at(memory + DOUBLE * (p + NEAR), p)
     count = _add_limits(robot, speed, plan, state, rows, bounds, shared, gaps, direction, count)
     own, to_surface, mates = plan.robot_radius[robot], avoid.to_surface, int(ALL)
-    if plan.failure_start.shape[0] == 0:
+    if plan.failure.shape[0] == 0:
         mates = 0
         if avoid.teammate_distance > 0.0:
             for k in range(p):

@@ -203,7 +203,7 @@ def _may_bind(level: int, avoid: Avoidance, rules: Rules, r: Robots) -> Lanes:
         find_nearest_heard(r.i, avoid.heard_distance, avoid.to_surface, plan, state)
         ahead = horizon_lanes(greatest(alike, load(state.heard_pace, r.i)), rules)
         found = where(load(state.heard_margin, r.i) < ahead, 1.0, found)
-    failing = plan.failure_start.shape[0] > 0
+    failing = plan.failure.shape[0] > 0
     if failing or (avoid.teammate_distance > 0.0 and not listed):
         mates = _mates_near(False, wanted, alike, far, avoid, rules, r)
         if any_of(mates > 0.5):  # seldom: how fast each comes is worth asking for then only
@@ -249,7 +249,7 @@ def _mates_near(
         r: The robots.
     """
     state, speed, found = r.state, norm(wanted), everywhere(0.0)
-    failing = r.plan.failure_start.shape[0] > 0
+    failing = r.plan.failure.shape[0] > 0
     for j in range(state.q.shape[0]):
         body, ahead, nearer = teammate_body(avoid, j, r), far, 1.0
         if failing and state.lost[j] != 0.0:

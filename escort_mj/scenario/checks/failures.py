@@ -31,11 +31,8 @@ def check_failures(mission: Mission) -> Iterator[Finding]:
         if failure.at >= scenario.duration:
             words = f"found {failure.at:g} s; the run ends at {scenario.duration:g} s"
             yield Finding((*path, "at"), words, late=f"it comes at {failure.at:g} s")
-        if failure.kind != "mad" and failure.force is not None:
-            yield Finding((*path, "force"), f"found {failure.force:g} N; only a mad robot has a force")
-        unlimited = limits.get(failure.robot, robots.force_limit) is None
-        if failure.kind == "mad" and failure.force is None and unlimited:
-            yield Finding(path, f"robot {failure.robot} has no force_limit; give the force of its madness")
+        for words in failure.misfits(limits.get(failure.robot, robots.force_limit)):
+            yield Finding(path, words)
     if len(first) >= count and max(first) <= count:
         yield Finding(
             ("robots", "failures"), f"found a failure of each of {count} robots; at least one must stay"

@@ -43,7 +43,7 @@ def check_target(mission: Mission) -> Iterator[Finding]:
             words = "found settled, the distance to the target; this mission has none: reached is of goals"
             yield Finding(("expect", index), words)
     for index, phase in enumerate(scenario.mission.supervisor):
-        if phase.when is not None and "target" in phase.when.quantity:
+        if phase.when is not None and "target" in phase.when.looks_at:
             yield Finding(
                 ("mission", "supervisor", index, "when", "quantity"),
                 f"found {phase.when.quantity}; this mission has no target (target: null)",

@@ -6,9 +6,9 @@ import math
 from collections.abc import Iterator
 
 from escort_mj.behaviors import AvoidObstacles, Behavior, Chords, Intercept
-from escort_mj.control.supervisor import Condition
 from escort_mj.laws import Law
 from escort_mj.numerics.formation import chords_exist, widest_spacing
+from escort_mj.rules import Rule
 from escort_mj.scenario.findings import Finding, Path, key_path
 from escort_mj.scenario.geometry.placement import robot_count
 from escort_mj.scenario.mission import Mission
@@ -99,7 +99,7 @@ def check_video(mission: Mission) -> Iterator[Finding]:
         yield Finding(("video", "end"), f"found {end:g} s; expected more than the start, {start:g} s")
 
 
-def _check_condition(mission: Mission, when: Condition, path: Path) -> Iterator[Finding]:
+def _check_condition(mission: Mission, when: Rule, path: Path) -> Iterator[Finding]:
     if (when.below is None) == (when.above is None):
         found = "neither below nor above" if when.below is None else "both below and above"
         yield Finding(path, f"found {found}; give one of them")
@@ -112,9 +112,9 @@ def _check_condition(mission: Mission, when: Condition, path: Path) -> Iterator[
                 (*path, "release"),
                 f"found {when.release:g} m; expected {side} {when.threshold:g} m, where the phase begins",
             )
-    if "obstacle" in when.quantity and not mission.obstacles:
+    if "obstacles" in when.looks_at and not mission.obstacles:
         yield Finding((*path, "quantity"), f"found {when.quantity}; there are no obstacles")
-    if when.quantity == "robot_distance" and mission.count < 2:
+    if "robots" in when.looks_at and mission.count < 2:
         yield Finding((*path, "quantity"), f"found {when.quantity}; there is one robot")
 
 

@@ -112,9 +112,10 @@ def check_models(mission: Mission) -> Iterator[Finding]:
             break
     for index, failure in enumerate(scenario.robots.failures):
         kind = kinds[failure.robot - 1] if failure.robot <= len(kinds) else None
-        if isinstance(kind, ModeledKind) and failure.kind == "mad":
-            if not kind.drive_model(1.0, 0.2).pushes:
-                words = f"found mad; servos move robot {failure.robot}, not forces: dead or stuck"
+        if kind is not None and kind.driven and failure.motors == "obey":
+            drive = kind.drive_model(1.0, 0.2)
+            if drive is not None and not drive.pushes:
+                words = f"found {failure.kind}; servos move robot {failure.robot}, not forces: dead or stuck"
                 yield Finding(("robots", "failures", index, "kind"), words)
 
 

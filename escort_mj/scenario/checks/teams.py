@@ -160,8 +160,8 @@ def check_one_team(mission: Mission) -> Iterator[Finding]:
         if words:
             yield Finding(path, words, related=teams)
     for index, phase in enumerate(scenario.mission.supervisor):
-        if phase.when is not None and phase.when.quantity == "target_obstacle_distance":
-            words = "found target_obstacle_distance; targets of teams are obstacles themselves"
+        if phase.when is not None and {"target", "obstacles"}.issubset(phase.when.looks_at):
+            words = f"found {phase.when.quantity}; targets of teams are obstacles themselves"
             yield Finding(("mission", "supervisor", index, "when", "quantity"), words, related=teams)
 
 

@@ -21,6 +21,7 @@ from escort_mj.estimators import ESTIMATORS, Estimator
 from escort_mj.expectations import EXPECTATIONS
 from escort_mj.expectations.expectation import Expectation
 from escort_mj.expectations.metric import MetricExpectation
+from escort_mj.failures import FAILURES, Failure
 from escort_mj.laws import LAWS
 from escort_mj.laws.law import Law
 from escort_mj.metrics import METRICS
@@ -28,6 +29,7 @@ from escort_mj.metrics.metric import Metric
 from escort_mj.policies import POLICIES, Policy
 from escort_mj.radios import RADIOS, Radio
 from escort_mj.robots import KINDS, RobotKind
+from escort_mj.rules import RULES, Rule
 from escort_mj.scenario.findings import Finding
 from escort_mj.scenario.reader.plugins import Plugin, load_all, load_plugin, source_of
 from escort_mj.scenario.schema.expectations import expectation_of
@@ -64,6 +66,8 @@ class Catalog:
         radios: Of messages between them.
         disturbances: Of robots.
         sensors: Of what robots measure.
+        failures: Of motors.
+        rules: Of the supervisor.
         kinds: Of robots.
         demands: Kinds of expectations.
         metrics: What sums up a run.
@@ -77,6 +81,8 @@ class Catalog:
     radios: Members = RADIOS
     disturbances: Members = DISTURBANCES
     sensors: Members = SENSORS
+    failures: Members = FAILURES
+    rules: Members = RULES
     kinds: Members = KINDS
     demands: Members = EXPECTATIONS
     metrics: tuple[Metric, ...] = METRICS
@@ -133,6 +139,8 @@ def assemble(plugins: Sequence[Plugin]) -> Catalog:
         merged("radio", Radio, RADIOS, _default_of("radio")),
         merged("disturbance", Disturbance, DISTURBANCES, _default_of("disturbance")),
         merged("sensor", Sensor, SENSORS, _default_of("sensor")),
+        merged("failure", Failure, FAILURES, _default_of("kind")),
+        merged("rule", Rule, RULES, _default_of("quantity")),
         merged("kind", RobotKind, KINDS, _default_of("kind")),
         merged("expectation", Expectation, EXPECTATIONS, lambda model: str(model.kind)),
         merged("metric", Metric, METRICS, lambda metric: str(metric.name)),
@@ -153,7 +161,7 @@ def scenario_type(catalog: Catalog) -> type[Scenario]:
         tuple[one_of_kinds(catalog.behaviors, "behavior"), ...],  # type: ignore[misc]
         Field(min_length=1, max_length=MAX_LEVELS),
     ]
-    phase = _with(Phase, behaviors=behaviors)
+    phase = _with(Phase, behaviors=behaviors, when=one_of_kinds(catalog.rules, "quantity") | None)
     phases = Annotated[tuple[phase, ...], Field(max_length=32)]  # type: ignore[valid-type]
     mission = _with(Mission, behaviors=behaviors, supervisor=phases)
     policy = one_of_kinds(catalog.policies, "policy")
@@ -169,7 +177,13 @@ def scenario_type(catalog: Catalog) -> type[Scenario]:
     sensing = _with(Sensing, **{quantity: sensor_of(quantity, catalog.sensors) for quantity in QUANTITIES})
     robot: Any = one_of_kinds(catalog.kinds, "kind")
     override = _with(RobotOverride, kind=robot | None)
-    robots = _with(Robots, kind=robot, overrides=tuple[override, ...])  # type: ignore[valid-type]
+    failure: Any = one_of_kinds(catalog.failures, "kind", "dead")
+    robots = _with(
+        Robots,
+        kind=robot,
+        overrides=tuple[override, ...],  # type: ignore[valid-type]
+        failures=tuple[failure, ...],
+    )
     metric = _with(MetricExpectation, metric=Literal[tuple(each.name for each in catalog.metrics)])
     metric.definitions = {each.name: each for each in catalog.metrics}
     demands = [metric if each is MetricExpectation else each for each in catalog.demands]

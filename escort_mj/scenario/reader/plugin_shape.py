@@ -11,18 +11,21 @@ from pydantic import ValidationError
 
 from escort_mj.behaviors.behavior import Behavior
 from escort_mj.components.component import Compiled, Component
-from escort_mj.components.equations import Equations
-from escort_mj.components.parameters import kind_of
+from escort_mj.components.equations import Equations, kind_word
+from escort_mj.components.parameters import Parameters
 from escort_mj.disturbances import Disturbance
 from escort_mj.errors import PluginError
 from escort_mj.estimators import Estimator
 from escort_mj.expectations.expectation import Expectation
+from escort_mj.failures import Failure
+from escort_mj.failures.failure import MOTORS
 from escort_mj.knowledge.sight import MEASURES
 from escort_mj.laws.law import Law
 from escort_mj.metrics.metric import Metric
 from escort_mj.policies import Policy
 from escort_mj.radios import Radio
 from escort_mj.robots import RobotKind
+from escort_mj.rules import Rule
 from escort_mj.scenario.findings import did_you_mean, listed
 from escort_mj.sensors import QUANTITIES, Sensor
 from escort_mj.signals import SIGNALS
@@ -36,6 +39,8 @@ COMPONENTS: dict[type[Component], tuple[str, list[str]]] = {
     Radio: ("radio", ["self", "r"]),
     Disturbance: ("disturbance", ["self", "r"]),
     Sensor: ("sensor", ["self", "r"]),
+    Failure: ("kind", ["self", "r"]),
+    Rule: ("quantity", ["self", "r"]),
 }
 """Key of the name, and what the method is called with."""
 
@@ -77,6 +82,8 @@ def check_shape(model: type[Any], source: str) -> None:
         _check_estimator(model, place)
     if issubclass(model, Sensor):
         _check_sensor(model, place)
+    if issubclass(model, Failure) and model.motors not in MOTORS:
+        raise PluginError(f"{place}: found motors = {model.motors!r}; expected {listed(MOTORS)}")
 
 
 def _check_settings(model: type[Any], place: str) -> None:
@@ -159,10 +166,11 @@ def check_name(model: type[Any], key: str, place: str) -> None:
 
 
 def check_defaults(model: type[Any], place: str) -> None:
-    """Every parameter but a vector, which fits some axes only, has a default: a name alone will do."""
+    """Every parameter of its own but a vector, which fits some axes only, has a default."""
     vectors = model.vectors() if issubclass(model, Component) else []
+    base = next((base for base in COMPONENTS if issubclass(model, base)), Parameters)
     for name, field in model.model_fields.items():
-        if field.is_required() and name not in vectors:
+        if field.is_required() and name not in (*vectors, *base.model_fields):
             raise PluginError(f"{place}: the parameter {name} has no default")
 
 
@@ -197,11 +205,13 @@ def _check_equations(model: type[Equations], place: str) -> None:
             words = f"nothing {verb} {name}{_line(vars(model)[name])}; expected the line  {memory}"
             raise PluginError(f"{place}: {words}{did_you_mean(name, moved)}")
     if model.memories() and not model.keeps:
-        words = f"{kind_of(model)}s keep nothing from step to step"
+        words = f"{kind_word(model)}s keep nothing from step to step"
         raise PluginError(f"{place}: found {next(iter(model.memories()))}; {words}")
     known = {name for name, _ in model.reads}
     if taken := [name for name in model.memories() if name in known]:
-        raise PluginError(f"{place}: {taken[0]} is a value that {kind_of(model)}s read; choose another name")
+        raise PluginError(
+            f"{place}: {taken[0]} is a value that {kind_word(model)}s read; choose another name"
+        )
     if issubclass(model, Law) and "acceleration" in model.equations() and not model.needs_model:
         words = "the line  needs_model: ClassVar[bool] = True"
         raise PluginError(f"{place}: found acceleration{_line(model.acceleration)}; expected {words}")

@@ -31,12 +31,14 @@ from escort_mj.disturbances import Disturbance
 from escort_mj.errors import PluginError
 from escort_mj.estimators import Estimator
 from escort_mj.expectations.expectation import Expectation
+from escort_mj.failures import Failure
 from escort_mj.laws.law import Law
 from escort_mj.metrics.metric import metrics_of
 from escort_mj.plugin_calls import Trespass, confined
 from escort_mj.policies import Policy
 from escort_mj.radios import Radio
 from escort_mj.robots import RobotKind
+from escort_mj.rules import Rule
 from escort_mj.scenario.findings import did_you_mean, listed
 from escort_mj.scenario.reader.method_calls import guard
 from escort_mj.scenario.reader.plugin_shape import COMPONENTS, check_metric, check_shape
@@ -83,7 +85,7 @@ class Plugin:
 
 
 BASES: tuple[type[Any], ...] = (
-    *(Law, Behavior, Policy, Estimator, Radio, Sensor, Disturbance),
+    *(Law, Behavior, Policy, Estimator, Radio, Sensor, Disturbance, Failure, Rule),
     *(RobotKind, Expectation),
 )
 """What members of a plugin derive from, beside functions that are metrics."""

@@ -17,10 +17,14 @@ from escort_mj.control.outer_loops import OUTER_LOOPS
 from escort_mj.control.outer_loops import OuterLoop as OuterLoopParameters
 from escort_mj.disturbances import DISTURBANCES
 from escort_mj.disturbances import Disturbance as AnyDisturbance
+from escort_mj.failures import FAILURES
+from escort_mj.failures import Failure as AnyFailure
 from escort_mj.laws import LAWS
 from escort_mj.laws import Law as AnyLaw
 from escort_mj.policies import POLICIES
 from escort_mj.policies import Policy as AnyPolicy
+from escort_mj.rules import RULES
+from escort_mj.rules import Rule as AnyRule
 from escort_mj.scenario.schema.expressions import Expression, ExpressionError
 
 
@@ -95,13 +99,17 @@ def one_of_kinds(models: Sequence[type[BaseModel]], key: str, default: str | Non
 if TYPE_CHECKING:
     Behavior: TypeAlias = AnyBehavior
     Disturbance: TypeAlias = AnyDisturbance
+    Failure: TypeAlias = AnyFailure
     Law: TypeAlias = AnyLaw
     OuterLoop: TypeAlias = OuterLoopParameters
     Policy: TypeAlias = AnyPolicy
+    Rule: TypeAlias = AnyRule
 else:
     Behavior = one_of_kinds(BEHAVIORS, "behavior")
     Disturbance = one_of_kinds(DISTURBANCES, "disturbance")
+    Failure = one_of_kinds(FAILURES, "kind", "dead")
     Law = one_of_kinds(LAWS, "law", "apd_smc")
     OuterLoop = one_of_kinds(OUTER_LOOPS, "loop", "set_based")
     Policy = one_of_kinds(POLICIES, "policy")
+    Rule = one_of_kinds(RULES, "quantity")
 Behaviors = Annotated[tuple[Behavior, ...], Field(min_length=1, max_length=MAX_LEVELS)]

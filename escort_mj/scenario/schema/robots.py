@@ -6,11 +6,10 @@ from pydantic import Field, NonNegativeFloat, PositiveInt
 
 from escort_mj.components.parameters import Force, Mass, Parameters, Radius, Vector
 from escort_mj.components.random_placement import RandomPlacement
-from escort_mj.control.failure import Failure
 from escort_mj.robots import KINDS, PointMass, RobotKind
 from escort_mj.robots.kind import plane_height
 from escort_mj.scenario.findings import listed
-from escort_mj.scenario.schema.fields import one_of_kinds
+from escort_mj.scenario.schema.fields import Failure, one_of_kinds
 
 MAX_ROBOTS = 5000
 Share = Annotated[float, Field(ge=0, lt=1)]

@@ -11,7 +11,6 @@ from pydantic import BaseModel, Field, NonNegativeFloat, PositiveFloat
 from escort_mj.behaviors import AvoidObstacles, Surface, Vertices
 from escort_mj.components.parameters import TEXT, Parameters, Radius, Vector
 from escort_mj.control.outer_loops import SetBased
-from escort_mj.control.supervisor import Condition
 from escort_mj.control.trigger import Trigger
 from escort_mj.laws import ApdSmc
 from escort_mj.scenario.schema.environment import Environment
@@ -25,6 +24,7 @@ from escort_mj.scenario.schema.fields import (
     Law,
     OuterLoop,
     Policy,
+    Rule,
 )
 from escort_mj.scenario.schema.knowledge import Communication, Knowledge
 from escort_mj.scenario.schema.obstacle_tables import Clutter, Drive, Motion, Obstacle, Wall
@@ -92,7 +92,7 @@ class Phase(Parameters):
     """Start of the phase [s]."""
     before: PositiveFloat | None = None
     """End of the phase [s]; null: the end of the run."""
-    when: Condition | None = None
+    when: Rule | None = None
     """Condition for the phase; null: the phase depends on time only."""
     team: str | None = None
     """Name of the team to which the phase applies, in scenarios with `teams`; null: all robots."""

@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from escort_mj.control.failure import DEAD, STUCK
+from escort_mj.failures.failure import HOLD, OFF
 from escort_mj.native.kernels import (
     DOUBLE,
     double_at,
@@ -121,15 +121,15 @@ def read_headings(d: int, state: State, addresses: Addresses) -> None:
 
 @on_demand
 def operate(
-    i: int, d: int, controls: Array, failure: float, plan: Plan, state: State, addresses: Addresses
+    i: int, d: int, controls: Array, do: float, plan: Plan, state: State, addresses: Addresses
 ) -> None:
     """Command the actuators of one robot, and push it where a disturbance does.
 
     Args:
         i: Which robot.
         d: Address of MuJoCo's data.
-        controls: Of the robot; of a servo that fails they stay.
-        failure: Its kind; -1 for none.
+        controls: Of the robot; those of a servo that is off stay.
+        do: OBEY, OFF or HOLD.
         plan: Gives force limits.
         state: Gives what the law demands; what the actuators can make of it becomes `drive_force`.
         addresses: What the drive is like.
@@ -143,11 +143,11 @@ def operate(
     point_of(d, drive, axes, point, velocity)
     _disturb(i, d, int(drive[BODY]), point, state)
     first, count, mode = int(drive[FIRST]), int(drive[COUNT]), drive[MODE]
-    if failure == DEAD:
+    if do == OFF:
         if mode != POSITION:
             for j in range(first, first + count):
                 controls[int(inputs[j, INDEX])] = min(max(0.0, inputs[j, LOW]), inputs[j, HIGH])
-    elif failure != STUCK or mode == FORCE:
+    elif do != HOLD or mode == FORCE:
         _want(i, drive, point, velocity, plan, state, addresses, force)
         motion = vector_at(pointer_at(d + DATA_MOTION()) + DOUBLE * 6 * int(drive[BODY]), 6)
         for k in range(3):

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from escort_mj.control.failure import DEAD, STUCK
+from escort_mj.control.failure import has_failed
+from escort_mj.failures.failure import HOLD, OBEY, OFF
 from escort_mj.native.kernels import DOUBLE, vector_at
 from escort_mj.native.on_demand import on_demand
 from escort_mj.plan import Plan, State
@@ -17,7 +18,6 @@ from escort_mj.world.loop.drives import operate
 
 Array = NDArray[np.float64]
 
-WORKING = -1.0  # beside the kinds of failures
 MOST_CONTROLS = 1000  # of one robot
 
 
@@ -58,15 +58,15 @@ def command_motors(
             for k in range(p):
                 motors[k] = past_dead_zone(state.command[i, k], zone)
             continue
-        failure = WORKING
-        if plan.failure_start.shape[0] > 0 and state.time[0] + 0.5 * plan.timestep >= plan.failure_start[i]:
-            failure = plan.failure_kind[i]
+        do = OBEY
+        if plan.failure.shape[0] > 0 and has_failed(i, plan, state):
+            do = plan.failure_motors[i]
         if driven:
-            operate(i, d, vector_at(first, MOST_CONTROLS), failure, plan, state, addresses)
+            operate(i, d, vector_at(first, MOST_CONTROLS), do, plan, state, addresses)
             continue
         rotors = vector_at(first, ROTORS)
-        if failure != STUCK:
+        if do != HOLD:
             pilot(i, qpos, qvel, plan, state, addresses, rotors)
             for rotor in range(ROTORS):
-                rotors[rotor] = 0.0 if failure == DEAD else past_dead_zone(rotors[rotor], zone)
+                rotors[rotor] = 0.0 if do == OFF else past_dead_zone(rotors[rotor], zone)
         push(i, first, activations, qpos, addresses)
