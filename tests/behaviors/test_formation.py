@@ -8,11 +8,11 @@ import pytest
 from escort_mj import api
 from escort_mj.behaviors import Formation, Goal
 from escort_mj.components.setup import Frame
-from escort_mj.control.supervisor import ControlPhase
 from escort_mj.errors import ScenarioError
 from escort_mj.scenario.geometry.trajectory import Trajectory
 from escort_mj.scenario.reader.load import scenario_of
 from escort_mj.scenario.schema.expressions import Expression
+from escort_mj.scenario.schema.scenario import Phase
 from tests.control.twins import AVOID, SURFACE, compare, mission
 
 ONE = Formation(offsets=((0.0, 0.0),), gain=0.7)
@@ -31,12 +31,12 @@ def frame(axes: int, along: bool, follows: bool, seed: int = 0) -> Frame:
 @pytest.mark.parametrize(("along", "follows"), [(False, False), (True, False), (False, True), (True, True)])
 def test_kernel_and_numpy_agree(axes: int, along: bool, follows: bool) -> None:
     setup, q, v = mission(axes, seed=41)
-    later = ControlPhase("later", (AVOID, Formation(offsets=((0.0, 0.0),), gain=2.0)), 0.003, np.inf, None)
+    later = Phase(behaviors=(AVOID, Formation(offsets=((0.0, 0.0),), gain=2.0)), after=0.003)
     frames = (frame(axes, along, follows), frame(axes, not along, follows, seed=1))
     for stack in ((AVOID, ONE), (SURFACE, ONE)):
         compare(replace(setup, behaviors=stack, formations=frames, phases=(later,)), q, v)
     points = tuple(np.zeros((1, axes)) for _ in q)
-    behind = ControlPhase("goals", (GOAL,), 0.003, np.inf, None)
+    behind = Phase(behaviors=(GOAL,), after=0.003)
     compare(replace(setup, behaviors=(ONE,), formations=frames[:1], goals=(points,), phases=(behind,)), q, v)
 
 

@@ -7,10 +7,11 @@ import pytest
 
 from escort_mj import Controller, api
 from escort_mj.behaviors import Goal
-from escort_mj.control.supervisor import Condition, ControlPhase
 from escort_mj.environments.simulation import Simulation
 from escort_mj.errors import UsageError
 from escort_mj.mission.stepped import SteppedMission
+from escort_mj.rules.quantities import RobotDistance
+from escort_mj.scenario.schema.scenario import Phase
 from tests.control.twins import AVOID, SURFACE, Kernel, compare, mission
 
 GOAL = Goal(goals=((0.0, 0.0),), gain=0.7, reach=0.5)
@@ -28,8 +29,8 @@ def test_kernel_and_numpy_agree(stack, axes: int, max_speed: float) -> None:
     first = tuple(q[i] + rng.normal(scale=0.4, size=(1 + i % 3, axes)) for i in range(len(q)))
     second = tuple(rng.normal(size=(1, axes)) for _ in q)
     phases = (
-        ControlPhase("later", (AVOID, Goal(goals=((1.0, 1.0),), gain=2.0)), 0.003, np.inf, None),
-        ControlPhase("near", (SURFACE,), 0.0, np.inf, Condition(quantity="robot_distance", below=3.0)),
+        Phase(behaviors=(AVOID, Goal(goals=((1.0, 1.0),), gain=2.0)), after=0.003),
+        Phase(behaviors=(SURFACE,), when=RobotDistance(below=3.0)),
     )
     compare(replace(setup, behaviors=stack, goals=(first, second), phases=phases, max_speed=max_speed), q, v)
 

@@ -15,6 +15,7 @@ from escort_mj.control.outer_loops import OUTER_LOOPS
 from escort_mj.disturbances import DISTURBANCES, Disturbance, Expressions
 from escort_mj.estimators import ESTIMATORS, Predict
 from escort_mj.expectations import EXPECTATIONS
+from escort_mj.failures import FAILURES, Failure
 from escort_mj.laws import LAWS, Law
 from escort_mj.metrics import METRICS
 from escort_mj.metrics.metric import Metric
@@ -25,6 +26,7 @@ from escort_mj.radios.time_slots import TimeSlots
 from escort_mj.robots import KINDS
 from escort_mj.robots.modeled import ModeledKind
 from escort_mj.robots.surface_vessel import SurfaceVessel
+from escort_mj.rules import RULES, Rule
 from escort_mj.scenario.reader.load import parse_scenario
 from escort_mj.scenario.reader.plugin_shape import check_metric
 from escort_mj.scenario.schema.scenario import Scenario
@@ -39,7 +41,7 @@ def test_every_metric_is_what_a_plugins_has_to_be(compiled: None, metric: Metric
 
 SHIPPED: tuple[type[Any], ...] = (
     *(*LAWS, *OUTER_LOOPS, *DISTURBANCES, *SENSORS, *RADIOS, *POLICIES, *ESTIMATORS),
-    *KINDS,
+    *(*FAILURES, *RULES, *KINDS),
 )
 NO_EQUATIONS = (Expressions, *(each for each in SENSORS if not each.equated()))  # the loop has these itself
 NEED_FILES = tuple(
@@ -48,7 +50,7 @@ NEED_FILES = tuple(
 CHECKED = [each for each in SHIPPED if each not in (*NO_EQUATIONS, *NEED_FILES)]
 LONG = (Periodic, TimeSlots, *POLICIES, *ESTIMATORS, SurfaceVessel)  # a second or more each
 SHORT = [each for each in CHECKED if each not in LONG or each in (Predict, Straight)]
-EQUATED = [each for each in CHECKED if issubclass(each, Law | Disturbance | Sensor | Radio)]
+EQUATED = [each for each in CHECKED if issubclass(each, Law | Disturbance | Sensor | Radio | Failure | Rule)]
 
 
 def faults(member: type[Any], checks: Iterable[Checks]) -> list[CheckResult]:

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from escort_mj.behaviors import AvoidObstacles, Vertices
-from escort_mj.control.failure import Failure
 from escort_mj.control.outer_loops import BarrierFilter, Nsb, PotentialField, SetBased
 from escort_mj.control.setup import Setup
 from escort_mj.control.trigger import Trigger
 from escort_mj.estimators import ESTIMATORS, CovarianceIntersection, Kalman
+from escort_mj.failures.motors import Dead
 from escort_mj.knowledge.sight import Sight
 from escort_mj.radios import Periodic
 from escort_mj.radios.radio import Blackout, Loss, Nearest
@@ -122,7 +122,7 @@ def test_teammates_avoided_by_what_they_have_sent(outer, measure: str, axes: int
     setup, q, v = informed(
         axes, 4, sight=SIGHTS["everybody"], radio=RADIOS[radio], outer=outer, **BOUNDED,
         behaviors=(HEARD.model_copy(update={"measure": measure}), REPULSION, SURFACE),
-        failures=(Failure(robot=2, at=0.0, notice=0.009),),
+        failures=(Dead(robot=2, at=0.0, notice=0.009),),
     )  # fmt: skip
     active = compare(setup, 0.6 * q, v, steps=12, tolerance=1e-10 if outer.loop == "nsb" else 1e-8)
     assert active.any() and not active.all()

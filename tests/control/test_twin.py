@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from escort_mj.behaviors import AvoidObstacles
-from escort_mj.control.failure import Failure
 from escort_mj.control.outer_loops import BarrierFilter, PotentialField, SetBased
 from escort_mj.control.setup import Setup
+from escort_mj.failures.motors import Dead, Mad, Stuck
 from escort_mj.laws import LAWS, ComputedTorque
 from escort_mj.laws.sliding import SlidingModeLaw
 from escort_mj.numerics.neighbors import LISTED
@@ -53,7 +53,7 @@ def test_every_outer_loop(outer, stack, max_speed: float, axes: int) -> None:
     setup = replace(setup, behaviors=stack, outer=outer, max_speed=max_speed, law=ComputedTorque())
     assert compare(setup, q, v, tolerance=1e-8).any() == (AVOID in stack)
     if axes == 2 or CHORDS not in stack:  # chords in space have no figure of five
-        failures = (Failure(robot=2, at=0.0, notice=0.003),)
+        failures = (Dead(robot=2, at=0.0, notice=0.003),)
         compare(replace(setup, failures=failures, reforming=reforming(6, axes, 1)), q, v, tolerance=1e-8)
 
 
@@ -170,11 +170,11 @@ def test_failures_on_every_stack(stack, axes: int) -> None:
     """Every kind, one after another and two at once, with and without the team's knowing."""
     setup, q, v = mission(axes, seed=10)
     failures = (
-        Failure(robot=2, at=0.002, kind="dead", notice=0.002),
-        Failure(robot=1, at=0.004, kind="stuck", notice=0.0),
-        Failure(robot=6, at=0.0, kind="mad", notice=0.008, force=3.0),
-        Failure(robot=4, at=0.006, kind="mad", notice=0.002, force=40.0),
-        Failure(robot=3, at=0.008, kind="stuck", notice=0.01),
+        Dead(robot=2, at=0.002, notice=0.002),
+        Stuck(robot=1, at=0.004, notice=0.0),
+        Mad(robot=6, at=0.0, notice=0.008, force=3.0),
+        Mad(robot=4, at=0.006, notice=0.002, force=40.0),
+        Stuck(robot=3, at=0.008, notice=0.01),
     )
     setup = replace(setup, behaviors=stack, failures=failures, reforming=reforming(6, axes, len(failures)))
     compare(setup, q, v, steps=12)
@@ -200,7 +200,7 @@ def test_more_than_three_axes(stack, axes: int) -> None:
     if AVOID in stack:
         assert active.any() and not active.all()
     compare(replace(setup, max_speed=1.5, target_feedforward=False), q, v)
-    failures = (Failure(robot=2, at=0.002, notice=0.002), Failure(robot=5, at=0.004, kind="stuck"))
+    failures = (Dead(robot=2, at=0.002, notice=0.002), Stuck(robot=5, at=0.004))
     compare(replace(setup, failures=failures, reforming=reforming(7, axes, 2)), q, v, steps=6)
 
 
@@ -304,7 +304,7 @@ def test_a_crowd_that_keeps_lists_of_neighbors(noise: float, measure: str, axes:
     setup = with_avoidance(setup, measure=measure, teammate_distance=1.0)
     setup = replace(setup, sensing=Sensors(Plain(noise=noise), Plain(noise=noise)))
     setup = replace(setup, behaviors=(setup.behaviors[0], VERTICES, SURFACE))
-    failures = tuple(Failure(robot=robot, at=0.0, notice=0.003) for robot in (2, 40))
+    failures = tuple(Dead(robot=robot, at=0.0, notice=0.003) for robot in (2, 40))
     for each in (setup, replace(setup, failures=failures, behaviors=(setup.behaviors[0], SURFACE))):
         active = compare(each, q, v, steps=3)
         assert active.any() and not active.all()

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from escort_mj.behaviors import Surface
-from escort_mj.control.supervisor import Condition, ControlPhase
 from escort_mj.control.trigger import Trigger
+from escort_mj.rules.quantities import ObstacleDistance, RobotDistance, TargetDistance, TargetObstacleDistance
+from escort_mj.scenario.schema.scenario import Phase
 from tests.control.twins import (
     AVOID,
     CHORDS,
@@ -22,21 +23,15 @@ from tests.control.twins import (
 from tests.oracle.reference import ReferenceController
 
 PHASES = (
-    ControlPhase("late", (SURFACE, AVOID), after=0.004, before=0.012),
-    ControlPhase(
-        "near", (AVOID, SURFACE), when=Condition(quantity="obstacle_distance", below=1.5, release=2.0)
+    Phase(behaviors=(SURFACE, AVOID), after=0.004, before=0.012),
+    Phase(behaviors=(AVOID, SURFACE), when=ObstacleDistance(below=1.5, release=2.0)),
+    Phase(behaviors=(Surface(gain=2.0), VERTICES), when=RobotDistance(below=2.5)),
+    Phase(behaviors=(REPULSION,), when=TargetDistance(above=7.0, release=6.5)),
+    Phase(
+        behaviors=(AVOID, CHORDS, SURFACE), after=0.008, when=TargetObstacleDistance(below=2.5, scope="team")
     ),
-    ControlPhase(
-        "crowd", (Surface(gain=2.0), VERTICES), when=Condition(quantity="robot_distance", below=2.5)
-    ),
-    ControlPhase("far", (REPULSION,), when=Condition(quantity="target_distance", above=7.0, release=6.5)),
-    ControlPhase("gate", (AVOID, CHORDS, SURFACE), 0.008, when=Condition(
-        quantity="target_obstacle_distance", below=2.5, scope="team"
-    )),
-    ControlPhase("all", (AVOID, SURFACE), 0.014, when=Condition(
-        quantity="robot_distance", below=0.6, scope="team"
-    )),
-)  # fmt: skip
+    Phase(behaviors=(AVOID, SURFACE), after=0.014, when=RobotDistance(below=0.6, scope="team")),
+)
 
 
 @pytest.mark.crossed

@@ -6,13 +6,16 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import linear_sum_assignment
 
-from escort_mj.control.failure import HOLD, placed
 from escort_mj.control.setup import Setup
 from escort_mj.numerics.noise import TAG
+from escort_mj.numerics.reform import ALTERNATIONS, SAME
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
+
+HOLD = 0.5  # how long a mad motor keeps a force [s]
 
 
 @dataclass(frozen=True)
@@ -120,3 +123,29 @@ def throw(seed: int, robot: int, draw: int, axes: int) -> Array:
     words = generator.random_raw(4 * (axes // 8 + 1))
     halves = np.stack([words & np.uint64(2**32 - 1), words >> np.uint64(32)], axis=1).ravel()
     return np.asarray((halves.astype(np.float64) + 0.5) * 2.0**-31 - 1.0)[:axes]
+
+
+def placed(points: Array, directions: Array, turns: Array) -> Array:
+    """Points turned and dealt so that each direction has one near, shape (k, p): assignment, then Kabsch.
+
+    Args:
+        points: Of the even figure, shape (k, p).
+        directions: Of the robots from the target, shape (k, p).
+        turns: Rotations to start from, shape (tries, p, p).
+    """
+    best, highest = points, -np.inf
+    for rotation in turns:
+        taken = np.full(len(points), -1)
+        for _ in range(ALTERNATIONS):
+            turned = points @ rotation.T
+            found = linear_sum_assignment(directions @ turned.T, maximize=True)[1]
+            if (found == taken).all():
+                break
+            taken = found
+            u, _, vt = np.linalg.svd(directions.T @ points[taken])
+            u[:, -1] *= np.sign(np.linalg.det(u @ vt))
+            rotation = u @ vt
+        alignment = float((directions * turned[taken]).sum())
+        if alignment > highest + SAME:
+            best, highest = turned[taken], alignment
+    return best

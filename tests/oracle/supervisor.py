@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.behaviors import Behavior
-from escort_mj.control.supervisor import Condition
+from escort_mj.rules import Rule
 from tests.oracle.sensing import in_range
 from tests.oracle.setup import SetupNow
 
@@ -34,7 +34,7 @@ def quantity(name: str, q: Array, c: Array, setup: SetupNow, lost: Mask) -> Arra
 
 
 def holds(
-    when: Condition | None, latched: Mask, q: Array, c: Array, setup: SetupNow, lost: Mask, ruled: Mask
+    when: Rule | None, latched: Mask, q: Array, c: Array, setup: SetupNow, lost: Mask, ruled: Mask
 ) -> Mask:
     """For whom of those that a phase rules its condition holds, given for whom it did before, shape (n,)."""
     if when is None:
@@ -61,10 +61,11 @@ class Supervisor:
         moment = t + 0.5 * self.setup.timestep
         for number, candidate in enumerate(self.setup.phases):
             ruled = np.full(self.setup.count, True)
-            if candidate.team:
-                ruled = np.asarray(members) == candidate.team - 1
+            if candidate.team is not None:
+                names = [team.name for team in self.setup.teams]
+                ruled = np.asarray(members) == names.index(candidate.team)
             found = holds(candidate.when, self.latched[number], q, c, self.setup, lost, ruled)
-            self.latched[number] = found & (candidate.after <= moment < candidate.before)
+            self.latched[number] = found & (candidate.after <= moment < (candidate.before or np.inf))
             phase[self.latched[number]] = number + 1
         return phase
 

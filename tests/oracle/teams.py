@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.components.setup import EscortTeam
-from escort_mj.control.failure import placed
 from tests.oracle.behaviors import turned_rotation
 from tests.oracle.failure import KnownRobots as Formed
+from tests.oracle.failure import placed
 from tests.oracle.setup import SetupNow, radius_at
 
 Array = NDArray[np.float64]

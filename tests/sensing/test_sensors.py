@@ -9,7 +9,8 @@ from scipy.special import bdtr
 
 from escort_mj.control.outer_loops import BarrierFilter
 from escort_mj.control.setup import Setup
-from escort_mj.control.supervisor import Condition, ControlPhase
+from escort_mj.rules.quantities import ObstacleDistance, RobotDistance, TargetObstacleDistance
+from escort_mj.scenario.schema.scenario import Phase
 from escort_mj.sensing.sensors import Sensors, bias_of
 from escort_mj.sensors import Plain
 from tests.control.twins import AVOID, REPULSION, SURFACE, VERTICES, Kernel, compare, mission
@@ -162,8 +163,8 @@ SIGHTS = [(np.inf, np.inf), (4.0, np.inf), (np.inf, 3.0), (5.0, 4.0), (0.5, 0.5)
 def test_sight_of_kernel_and_twin(robots: float, obstacles: float, axes: int) -> None:
     """In repulsion, in the barrier filter, and in the supervisor's conditions."""
     phases = tuple(
-        ControlPhase(quantity, (SURFACE, AVOID), when=Condition(quantity=quantity, below=6.0, scope=scope))
-        for quantity in ("obstacle_distance", "robot_distance", "target_obstacle_distance")
+        Phase(behaviors=(SURFACE, AVOID), when=rule(below=6.0, scope=scope))
+        for rule in (ObstacleDistance, RobotDistance, TargetObstacleDistance)
         for scope in ("robot", "team")
     )
     setup, q, v = mission(axes, seed=40)
