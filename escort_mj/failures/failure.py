@@ -9,7 +9,7 @@ from pydantic import NonNegativeFloat, PositiveInt
 
 from escort_mj.components.equations import Equations
 from escort_mj.native.fields import Array
-from escort_mj.native.lanes import WIDTH, everywhere, store
+from escort_mj.native.lanes import WIDTH, everywhere, lane_numbers, store, where
 from escort_mj.native.memory import layout_with
 from escort_mj.native.values import Values, reader_of
 
@@ -102,8 +102,11 @@ def failing_by(failure: type[Failure], equations: Mapping[str, Call]) -> Call:
 
     def fail(parameters: Any, view: Any, robot: int) -> None:
         p = view.q.shape[1]
-        for at in range(robot * p // WIDTH * WIDTH, robot * p + p, WIDTH):  # other robots' axes beside it
-            store(view.failure_command, at, everywhere(command(parameters, values_at(view, at))))
+        for at in range(robot * p // WIDTH * WIDTH, robot * p + p, WIDTH):
+            axis = lane_numbers() + float(at - robot * p)
+            mine = (axis > -0.5) & (axis < p - 0.5)  # beside it are those of other robots
+            found = everywhere(command(parameters, values_at(view, at)))
+            store(view.failure_command, at, where(mine, found, 0.0))
 
     return fail
 

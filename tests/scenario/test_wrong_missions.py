@@ -52,8 +52,8 @@ WRONG = [
     (
         "force of dead motors",
         "robots: {failures: [{robot: 2, at: 4, force: 3}]}\n",
-        "1:46: robots.failures[0].force: ",
-        "found 3 N; only a mad robot has a force",
+        "1:39: robots.failures[0].force: ",
+        "is not a key of dead; allowed are kind, robot, at or notice",
     ),
     (
         "madness without a limit",
