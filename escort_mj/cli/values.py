@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from typing import Any, get_type_hints
 
 from escort_mj.components.component import Component
-from escort_mj.components.equations import Equations
+from escort_mj.components.equations import Equations, kind_word
 from escort_mj.memory.layout import Plan, State
 from escort_mj.native.fields import Declared, declared
 from escort_mj.native.lanes import Lanes
@@ -32,9 +32,9 @@ Row = tuple[str, str, str, str, str]
 
 def values_read() -> Iterator[Row]:
     """Yield everything that components of each kind can read."""
-    for base, (kind, (_, argument, *_)) in COMPONENTS.items():
+    for base, (_, (_, argument, *_)) in COMPONENTS.items():
         for name, form, unit, meaning in _read_by(base, argument):
-            yield kind, f"{argument}.{name}", form, unit, meaning
+            yield kind_word(base), f"{argument}.{name}", form, unit, meaning
 
 
 def _read_by(base: type[Component], argument: str) -> Iterator[tuple[str, str, str, str]]:
