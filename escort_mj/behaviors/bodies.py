@@ -51,7 +51,7 @@ def obstacle_body(avoid: Avoidance, j: int, r: Robots) -> Body:
 def teammate_body(avoid: Avoidance, j: int, r: Robots) -> Body:
     """Return robot j, where it is measured; one that has failed is an obstacle (remark 2)."""
     plan, state, safe = r.plan, r.state, avoid.teammate_distance
-    if plan.failure_start.shape[0] > 0 and state.lost[j] != 0.0:
+    if plan.failure.shape[0] > 0 and state.lost[j] != 0.0:
         safe = max(safe, avoid.safe_distance)
     x = r.q - one_row(state, state.q_measured[j])
     others = r.there & (abs(lane_numbers() + float(r.i - j)) > 0.5)
