@@ -14,13 +14,9 @@ os.environ.setdefault("MUJOCO_GL", "disable")
 import numpy as np  # noqa: E402
 
 import escort_mj  # noqa: E402
-from benchmarks.bare import Bare  # noqa: E402
+from benchmarks.bare import against_bare  # noqa: E402
 from benchmarks.crowds import crowd  # noqa: E402
 from benchmarks.document import publish, table, wants_docs  # noqa: E402
-from benchmarks.paired import alternate, effort, paired  # noqa: E402
-from escort_mj.world.callback import native_loop  # noqa: E402
-from escort_mj.world.model.build import build  # noqa: E402
-from escort_mj.world.plant import Plant  # noqa: E402
 
 PAGE = "avoidance.md"
 MISSIONS = ("main", "main_3d", "head_on", "paper/case2_2d_obstacles", "paper/case3_3d_obstacle")
@@ -160,23 +156,13 @@ def worlds_that_block() -> Iterator[list[str]]:
 def costs() -> Iterator[list[str]]:
     """The loop against bare `mj_step` along its own way, as in docs/performance.md."""
     for name, (mission, changes, before, steps) in COSTS.items():
-        loops, ratios = {}, []
-        for outer in ("nsb", "set_based"):
-            keys = {"expect": [], "duration": 1000.0, **changes, "mission.outer": outer}
-            world = build(escort_mj.load_scenario(mission, keys))
-            plant, bare = Plant(world), Bare(world)
-
-            def native(world: Any = world, plant: Plant = plant, steps: int = steps) -> float:
-                with native_loop(world):
-                    return effort(lambda: plant.step(steps)) / steps
-
-            with native_loop(world):
-                plant.step(before)
-            bare.skip(before)
-            loops |= {f"bare {outer}": lambda bare=bare, steps=steps: bare.step(steps), outer: native}
-        times = alternate(loops, ROUNDS)
-        ratios = [f"**{paired(times, outer, f'bare {outer}'):.2f}**" for outer in ("nsb", "set_based")]
-        yield [name, f"{1e6 * float(np.median(times['bare nsb'])):.3g}", *ratios]
+        keys = {"expect": [], "duration": 1000.0, **changes}
+        both = {
+            outer: escort_mj.load_scenario(mission, keys | {"mission.outer": outer})
+            for outer in ("nsb", "set_based")
+        }
+        times, ratios = against_bare(both, before, steps, ROUNDS)
+        yield [name, f"{1e6 * times['nsb']:.3g}", *(f"**{ratio:.2f}**" for ratio in ratios.values())]
 
 
 def main() -> None:

@@ -8,16 +8,18 @@ from where it is.
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+from functools import partial
 
 import mujoco
 import numpy as np
 
-from benchmarks.paired import effort
+from benchmarks.paired import alternate, effort, paired
+from escort_mj.scenario import Scenario
 from escort_mj.world.callback import native_loop
 from escort_mj.world.loop.library import library
-from escort_mj.world.model.build import World
+from escort_mj.world.model.build import World, build
 from escort_mj.world.plant import Plant
 
 STATE = mujoco.mjtState.mjSTATE_INTEGRATION
@@ -52,6 +54,38 @@ class Bare:
     def _hold(self, steps: int) -> float:
         with no_timer():
             return effort(lambda: mujoco.mj_step(self._world.model, self._held, nstep=steps))
+
+
+def against_bare(
+    scenarios: Mapping[str, Scenario], before: int, steps: int, rounds: int
+) -> tuple[dict[str, float], dict[str, float]]:
+    """Let loops and MuJoCo alone take turns.
+
+    Args:
+        scenarios: By name.
+        before: Steps of each before the first round.
+        steps: Of a round.
+        rounds: How many.
+
+    Returns:
+        Of each scenario the median time of a step of MuJoCo alone [s], and the paired ratio of the loop.
+    """
+    loops: dict[str, Callable[[], float]] = {}
+    for name, scenario in scenarios.items():
+        world = build(scenario)
+        plant, bare = Plant(world), Bare(world)
+
+        def native(world: World = world, plant: Plant = plant) -> float:
+            with native_loop(world):
+                return effort(lambda: plant.step(steps)) / steps
+
+        with native_loop(world):
+            plant.step(before)
+        bare.skip(before)
+        loops |= {f"bare {name}": partial(bare.step, steps), name: native}
+    times = alternate(loops, rounds)
+    alone = {name: float(np.median(times[f"bare {name}"])) for name in scenarios}
+    return alone, {name: paired(times, name, f"bare {name}") for name in scenarios}
 
 
 @contextmanager

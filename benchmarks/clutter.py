@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import sys
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 
@@ -11,10 +10,9 @@ os.environ.setdefault("MUJOCO_GL", "disable")
 
 import numpy as np  # noqa: E402
 
+import escort_mj  # noqa: E402
 from benchmarks.document import publish, table, wants_docs  # noqa: E402
-from escort_mj.mission import fly  # noqa: E402
 from escort_mj.scenario import parse_scenario  # noqa: E402
-from escort_mj.study.engine.parallel import cores, side_by_side  # noqa: E402
 
 PAGE = "clutter.md"
 SEEDS = range(1, 11)
@@ -69,9 +67,9 @@ class Result(NamedTuple):
     error: float  # mean distance of robots from the ring in the last 2 s [m]
 
 
-def attempt(trial: Trial) -> Result:
-    """Flies one mission."""
-    trace = fly(parse_scenario(MISSIONS[trial.axes].format(seed=trial.seed, shapes=SHAPES), "clutter")).trace
+def judged(run: escort_mj.Run) -> Result:
+    """What came of a mission."""
+    trace = run.trace
     time, names = trace["time"].values, trace["body"].values
     distance = np.linalg.norm(trace["q"].values - trace["target_position"].values[:, None], axis=2)
     error = np.abs(distance - float(trace.attrs["mission_radius"]))
@@ -117,13 +115,10 @@ def shares(found: dict[Trial, Result]) -> Iterator[list[str]]:
 def main(arguments: Any = None) -> None:
     """Flies all missions on all cores, prints the tables, and writes them into the docs if asked."""
     write = wants_docs(__doc__, PAGE, arguments)
-
-    def progress(done: float, total: float) -> None:
-        if sys.stderr.isatty():
-            print(f"\r{done:.0f}/{total:.0f} missions", end="", file=sys.stderr, flush=True)
-
     todo = [Trial(axes, seed) for axes in MISSIONS for seed in SEEDS]
-    found = dict(zip(todo, side_by_side(attempt, todo, cores(), progress), strict=True))
+    texts = (MISSIONS[trial.axes].format(seed=trial.seed, shapes=SHAPES) for trial in todo)
+    runs = escort_mj.run_many((parse_scenario(text, "clutter") for text in texts), traces=True)
+    found = {trial: judged(run) for trial, run in zip(todo, runs, strict=True)}
     head = ["p", "seed", "touches", "to obstacles [m]", "to robots [m]", "avoiding"]
     head += ["farthest off the ring [m]", "off the ring at the end [m]"]
     tables = {

@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import argparse
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
+import escort_mj
 from escort_mj.record.tables import markdown
+
+if TYPE_CHECKING:
+    import pandas
 
 DOCS = Path(__file__).parents[1] / "docs"
 
@@ -16,6 +20,26 @@ DOCS = Path(__file__).parents[1] / "docs"
 def table(head: list[str], rows: Iterable[list[str]]) -> str:
     """A Markdown table."""
     return "\n".join(markdown(head, rows))
+
+
+def swept(study: Mapping[str, Any] | str) -> pandas.DataFrame:
+    """Makes the runs of a study that are missing; a row each."""
+    return escort_mj.sweep(study, confirmed=True).table
+
+
+def grid(
+    runs: pandas.DataFrame,
+    row: str,
+    column: str,
+    cell: Callable[[pandas.DataFrame], str],
+    name: Callable[[Any], str] = str,
+) -> list[list[str]]:
+    """The runs of a study as a table: a row per level of one factor, a column per level of another."""
+    columns = runs[column].unique()
+    return [
+        [name(level), *(cell(some[some[column] == each]) for each in columns)]
+        for level, some in runs.groupby(row, sort=False)
+    ]
 
 
 def several(values: Iterable[float]) -> str:

@@ -11,15 +11,11 @@ os.environ.setdefault("MUJOCO_GL", "disable")
 import numpy as np  # noqa: E402
 
 import escort_mj  # noqa: E402
-from benchmarks.bare import Bare  # noqa: E402
+from benchmarks.bare import against_bare  # noqa: E402
 from benchmarks.crowds import crowd  # noqa: E402
 from benchmarks.document import publish, table, wants_docs  # noqa: E402
-from benchmarks.paired import alternate, effort, paired  # noqa: E402
 from benchmarks.robustness import swept  # noqa: E402
 from escort_mj.study.sweeps.statistics import summary  # noqa: E402
-from escort_mj.world.callback import native_loop  # noqa: E402
-from escort_mj.world.model.build import build  # noqa: E402
-from escort_mj.world.plant import Plant  # noqa: E402
 
 PAGE = "knowledge.md"
 MISSIONS = (
@@ -128,30 +124,6 @@ def radio() -> Iterator[list[str]]:
         yield row
 
 
-def cost(mission: str, keys: dict[str, Any], before: int, steps: int, rounds: int = ROUNDS
-         ) -> tuple[float, dict[str, float]]:  # fmt: skip
-    """Time of a step of bare MuJoCo [s], and of the loop relative to it: `known` to all, and `told`."""
-    loops: dict[str, Any] = {}
-    base = {"expect": [], "duration": 1000.0, **keys}
-    alone = {"knowledge": None, "communication": None}
-    for name, more in (("known", alone), ("told", {})):
-        world = build(escort_mj.load_scenario(mission, base | more))
-        plant, bare = Plant(world), Bare(world)
-
-        def native(world: Any = world, plant: Plant = plant) -> float:
-            with native_loop(world):
-                return effort(lambda: plant.step(steps)) / steps
-
-        with native_loop(world):
-            plant.step(before)
-        bare.skip(before)
-        loops |= {f"bare {name}": lambda bare=bare: bare.step(steps), name: native}
-    times = alternate(loops, rounds)
-    return float(np.median(times["bare told"])), {
-        name: paired(times, name, f"bare {name}") for name in ("known", "told")
-    }
-
-
 def costs() -> Iterator[list[str]]:
     """The loop against bare `mj_step`, with all known, and with all of sight, radio and estimators."""
     repel = [{"behavior": "avoid_obstacles", "safe_distance": 0.8, "teammate_distance": 0.25},
@@ -160,8 +132,15 @@ def costs() -> Iterator[list[str]]:
     for count, turns in COSTS.items():
         shared = APART | {"communication": RADIO | {"range": 3.0, "neighbors": 8}}
         cases[count] = ("crowd", crowd(count) | {"mission.behaviors": repel} | shared, *turns)
-    for count, case in cases.items():
-        bare, ratios = cost(*case)
+    alone = {"knowledge": None, "communication": None}
+    for count, (mission, keys, before, steps) in cases.items():
+        base = {"expect": [], "duration": 1000.0, **keys}
+        both = {
+            name: escort_mj.load_scenario(mission, base | more)
+            for name, more in (("known", alone), ("told", {}))
+        }
+        times, ratios = against_bare(both, before, steps, ROUNDS)
+        bare = times["told"]
         spent = {name: f"{1e9 * bare * (ratio - 1.0) / count:.0f}" for name, ratio in ratios.items()}
         shown = [f"**{ratio:.2f}**" for ratio in ratios.values()]
         yield [f"{count}", f"{1e6 * bare:.3g}", *shown, *spent.values()]

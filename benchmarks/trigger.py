@@ -4,16 +4,15 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 os.environ.setdefault("MUJOCO_GL", "disable")
 
-import numpy as np  # noqa: E402
 
-from benchmarks.document import DOCS, publish, table, wants_docs  # noqa: E402
-from escort_mj.api import fly, load_scenario  # noqa: E402
-from escort_mj.measuring import measure_over
-from escort_mj.record.window import Span
+from benchmarks.document import DOCS, publish, swept, table, wants_docs  # noqa: E402
+
+if TYPE_CHECKING:
+    import pandas
 
 PAGE = "event_trigger.md"
 MISSIONS = {
@@ -22,50 +21,46 @@ MISSIONS = {
     "moving target, space (vertices)": "event_triggered",
 }
 LONGEST = (0.01, 0.02, 0.04, 0.06, 0.1, 0.2, 0.5, 1.0)  # [s]
-SEEDS = range(1, 9)
-NAMES = ("outer_update_rate", "radius_error_mean", "spacing_error_mean", "contacts")
+RATE, RADIUS, SPACING, CHATTERING = (
+    "outer_update_rate", "radius_error_mean", "spacing_error_mean", "chattering_over_tail"
+)  # fmt: skip
+CASES: dict[str, Any] = {"every step": {"mission.trigger": None}} | {
+    f"{1e3 * longest:g} ms": {"mission.trigger": {"dwell": longest / 2, "longest": longest}}
+    for longest in LONGEST
+}
+STUDY: dict[str, Any] = {
+    "set": {"expect": []},
+    "cases": CASES,
+    "first_seed": 1,
+    "seeds": 8,
+    "quantities": [{"metric": "chattering", "over": "tail"}],
+}
 
 
-class Point(NamedTuple):
-    """Means over the seeds, of the tail of each run but for updates and contacts."""
-
-    rate: float  # [1/s]
-    radius: float  # [m]
-    spacing: float  # [m]
-    contacts: float
-    chattering: float  # [N/s]
+def means(scenario: str) -> pandas.DataFrame:
+    """Means over the seeds of one mission with each trigger."""
+    keys = STUDY | {"study": f"trigger_{scenario.rpartition('/')[2]}", "scenario": scenario}
+    return swept(keys).groupby("case", sort=False)[[RATE, RADIUS, SPACING, CHATTERING, "contacts"]].mean()
 
 
-def point(scenario: str, longest: float | None) -> Point:
-    """One mission with one trigger; None is every step."""
-    trigger = None if longest is None else {"dwell": longest / 2, "longest": longest}
-    values = []
-    for seed in SEEDS:
-        overrides = {"expect": [], "mission.trigger": trigger, "seed": seed}
-        run = fly(load_scenario(scenario, overrides))
-        chattering = measure_over("chattering", run.trace, Span("tail")).value
-        values.append([*(run.metrics[name]["value"] for name in NAMES), chattering])
-    return Point(*np.mean(values, axis=0))
-
-
-def rows(points: dict[str, list[Point]]) -> Iterator[list[str]]:
+def rows(points: dict[str, pandas.DataFrame]) -> Iterator[list[str]]:
     """Table rows."""
     for words, found in points.items():
-        every = found[0]
-        for longest, p in zip((None, *LONGEST), found, strict=True):
+        every = found.iloc[0]
+        for case, p in found.iterrows():
             yield [
                 words,
-                "every step" if longest is None else f"{1e3 * longest:g} ms",
-                f"{p.rate:.1f}",
-                f"{100.0 * (1.0 - p.rate / every.rate):.1f} %",
-                f"{1e3 * p.radius:.2f} ({p.radius / every.radius:.2f})",
-                f"{1e3 * p.spacing:.2f} ({p.spacing / every.spacing:.2f})",
-                f"{p.chattering:.0f}",
-                f"{p.contacts:g}",
+                str(case),
+                f"{p[RATE]:.1f}",
+                f"{100.0 * (1.0 - p[RATE] / every[RATE]):.1f} %",
+                f"{1e3 * p[RADIUS]:.2f} ({p[RADIUS] / every[RADIUS]:.2f})",
+                f"{1e3 * p[SPACING]:.2f} ({p[SPACING] / every[SPACING]:.2f})",
+                f"{p[CHATTERING]:.0f}",
+                f"{p['contacts']:g}",
             ]
 
 
-def draw(points: dict[str, list[Point]]) -> None:
+def draw(points: dict[str, pandas.DataFrame]) -> None:
     """The trade-off as a curve per mission."""
     from escort_mj import palette
     from escort_mj.report.figures.drawing.style import figure
@@ -74,10 +69,9 @@ def draw(points: dict[str, list[Point]]) -> None:
     with figure(path, 3.6, title) as canvas:
         axes = canvas.subplots()
         for (words, found), color in zip(points.items(), palette.robot_colors(3), strict=True):
-            saved = [100.0 * (1.0 - p.rate / found[0].rate) for p in found[1:]]
-            axes.plot(
-                saved, [p.radius / found[0].radius for p in found[1:]], "o-", color=color, ms=3, label=words
-            )
+            share = found / found.iloc[0]
+            saved, errors = 100.0 * (1.0 - share[RATE][1:]), share[RADIUS][1:]
+            axes.plot(saved, errors, "o-", color=color, ms=3, label=words)
         axes.axhline(2.0, color=palette.LIMIT, linestyle=(0, (4, 2)), linewidth=1.0, label="twice the error")
         axes.axvline(95.0, color=palette.LIMIT, linestyle=(0, (1, 2)), linewidth=1.0, label="95 % saved")
         axes.set_yscale("log", base=2)
@@ -90,10 +84,7 @@ def draw(points: dict[str, list[Point]]) -> None:
 def main(arguments: Any = None) -> None:
     """Measures, prints the table, and writes table and figure into the docs if asked."""
     write = wants_docs(__doc__, PAGE, arguments)
-    points = {
-        words: [point(scenario, longest) for longest in (None, *LONGEST)]
-        for words, scenario in MISSIONS.items()
-    }
+    points = {words: means(scenario) for words, scenario in MISSIONS.items()}
     head = [
         "mission",
         "longest",
