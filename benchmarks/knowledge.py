@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Iterator
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 os.environ.setdefault("MUJOCO_GL", "disable")
 
@@ -13,9 +13,11 @@ import numpy as np  # noqa: E402
 import escort_mj  # noqa: E402
 from benchmarks.bare import against_bare  # noqa: E402
 from benchmarks.crowds import crowd  # noqa: E402
-from benchmarks.document import publish, table, wants_docs  # noqa: E402
-from benchmarks.robustness import swept  # noqa: E402
+from benchmarks.document import grid, publish, swept, table, wants_docs  # noqa: E402
 from escort_mj.study.sweeps.statistics import summary  # noqa: E402
+
+if TYPE_CHECKING:
+    import pandas
 
 PAGE = "knowledge.md"
 MISSIONS = (
@@ -110,18 +112,17 @@ def precision() -> Iterator[list[str]]:
 
 def radio() -> Iterator[list[str]]:
     """Tail errors of the radius by range, delay and loss: median and interval [mm], and what fails."""
-    design, cells = swept("radio")
-    losses = len({cell.labels["communication.loss"] for cell in design.cells})
-    for first in range(0, len(cells), losses):
-        labels = design.cells[first].labels
-        row = [str(labels["case"]), f"{labels['communication.delay']:g}"]
-        for runs in cells[first : first + losses]:
-            found = summary([1e3 * float(run.verdicts[-1]["value"]) for run in runs])
-            passed = sum(run.passed for run in runs)
-            low, high = found.median_interval
-            failed = "" if passed == len(runs) else f"; {passed} of {len(runs)} pass"
-            row.append(f"{found.median:.2g} ({low:.2g} to {high:.2g}){failed}")
-        yield row
+
+    def cell(runs: pandas.DataFrame) -> str:
+        found = summary(1e3 * runs["radius_error_mean_after_45"])
+        low, high = found.median_interval
+        told = f"{found.median:.2g} ({low:.2g} to {high:.2g})"
+        passed = int(runs["passed"].sum())
+        return told if passed == len(runs) else f"{told}; {passed} of {len(runs)} pass"
+
+    for case, runs in swept("studies/robustness_radio").groupby("case", sort=False):
+        delays = grid(runs, "communication.delay", "communication.loss", cell, lambda delay: f"{delay:g}")
+        yield from ([str(case), *row] for row in delays)
 
 
 def costs() -> Iterator[list[str]]:

@@ -6,21 +6,17 @@ import os
 from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 os.environ.setdefault("MUJOCO_GL", "disable")
 
 import numpy as np  # noqa: E402
 
-from benchmarks.document import DOCS, publish, table, wants_docs  # noqa: E402
-from escort_mj.api import scenarios_folder  # noqa: E402
+from benchmarks.document import DOCS, publish, swept, table, wants_docs  # noqa: E402
 from escort_mj.report.figures.drawing.style import figure  # noqa: E402
-from escort_mj.study.engine import backends  # noqa: E402
-from escort_mj.study.engine.parallel import cores  # noqa: E402
-from escort_mj.study.engine.store import Row, Store  # noqa: E402
-from escort_mj.study.sweeps.definition import load_study  # noqa: E402
-from escort_mj.study.sweeps.design import Design  # noqa: E402
-from escort_mj.study.sweeps.sweep import sweep_design  # noqa: E402
+
+if TYPE_CHECKING:
+    import pandas
 
 PAGE = "robustness.md"
 
@@ -58,33 +54,19 @@ class Map(NamedTuple):
     failures: dict[tuple[int, int], str]
 
 
-def swept(name: str) -> tuple[Design, list[list[Row]]]:
-    """Makes the runs of a study that are missing; returns its design, and the runs of each cell."""
-    path = scenarios_folder() / "studies" / f"robustness_{name}.yaml"
-    design = Design(load_study(path), scenarios_folder())
-    out = Path("renders") / "studies" / design.study.study
-    with backends.local(cores()) as backend:
-        sweep_design(design, out, backend, cores(), confirmed=True)
-    planned = list(design.runs())
-    with Store(out) as store:
-        rows = store.get(run.key for run in planned)
-    cells = range(len(design.cells))
-    return design, [[rows[run.key] for run in planned if run.cell == cell] for cell in cells]
-
-
 def measured(factor: Factor) -> Map:
     """Counts the runs of a study that pass."""
-    design, cells = swept(factor.name)
-    key = next(iter(design.study.vary))
-    places = [tuple(cell.labels[name] for name in ("case", key)) for cell in design.cells]
-    laws, values = (list(dict.fromkeys(place[k] for place in places)) for k in (0, 1))
+    runs = swept(f"studies/robustness_{factor.name}")
+    key = str(runs.columns[1])
+    laws, values = (list(dict.fromkeys(runs[name])) for name in ("case", key))
     passed, why = np.zeros((len(laws), len(values)), dtype=int), {}
-    for place, of_cell in zip(places, cells, strict=True):
-        at = laws.index(place[0]), values.index(place[1])
-        passed[at] = sum(row.passed for row in of_cell)
+    for (law, value), of_cell in runs.groupby(["case", key]):
+        at = laws.index(law), values.index(value)
+        passed[at] = of_cell["passed"].sum()
         if passed[at] < len(of_cell):
-            why[at] = Counter(_reason(row) for row in of_cell if not row.passed).most_common(1)[0][0]
-    return Map(factor, [float(value) for value in values], laws, passed, len(design.seeds), why)
+            failed = of_cell[~of_cell["passed"]]
+            why[at] = Counter(_reason(row) for _, row in failed.iterrows()).most_common(1)[0][0]
+    return Map(factor, [float(value) for value in values], laws, passed, runs["seed"].nunique(), why)
 
 
 REASONS = {
@@ -95,11 +77,11 @@ REASONS = {
 }
 
 
-def _reason(row: Row) -> str:
+def _reason(run: pandas.Series[Any]) -> str:
     """Why a run failed: the first of what it broke."""
-    if row.outcome != "completed":
-        return row.outcome
-    metric = next(str(verdict["metric"]) for verdict in row.verdicts if not verdict["passed"])
+    if run["outcome"] != "completed":
+        return str(run["outcome"])
+    metric = str(run["failed"]).partition(" ")[0]
     return REASONS.get(metric, metric)
 
 
