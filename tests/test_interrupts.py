@@ -88,7 +88,7 @@ COMMANDS = {
     "falsify": Command(("falsify", "falsify.yaml", "--workers", "2", "--no-video"), facts("falsify.json")),
     "compare": Command(
         ("compare", "mission.yaml", "--laws", "apd_smc,pd,asmc", "--seeds", "2", "--workers", "2"),
-        facts("table.csv", "table.json"),
+        facts("runs.csv", "table.json"),
     ),
 }
 
