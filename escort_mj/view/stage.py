@@ -78,7 +78,8 @@ class StageView:
             for chosen, handle in self._bodies:
                 handle.batched_colors = self._body_colors(chosen)
         avoiding, touching = (replay.lately(one, moment, GLOW) for one in (replay.avoiding, replay.touching))
-        self._draw_marks(marks(replay, moment, flags=(avoiding, touching)))
+        hidden = {"shadows", "grid", *(layer for layer, shown in self.shown.items() if not shown)}
+        self._draw_marks(marks(replay, moment, flags=(avoiding, touching), left_out=hidden))
         return moment
 
     def _floor(self, replay: Replay) -> None:
@@ -134,8 +135,6 @@ class StageView:
         """Show marks: all lines of a width in a layer are one node, and so are all balls, and all arrows."""
         nodes: dict[tuple[str, ...], list[Mark]] = defaultdict(list)
         for mark in given:
-            if not self.shown.get(mark.layer, False):
-                continue
             if mark.kind in ("line", "trail", "circle"):
                 nodes[mark.layer, "lines", f"{mark.width:g}"].append(mark)
             elif mark.kind in ("ball", "outline"):

@@ -173,9 +173,9 @@ def _marks(replay: Replay, rows: NDArray[np.int64], tracks: _Tracks) -> Iterator
     found: dict[tuple[str, str], dict[int, Mark]] = defaultdict(dict)
     for number, row in enumerate(rows):
         moment = replay.at(float(replay.time[row]))
-        for mark in marks(replay, moment, trail=0.0, flags=(avoiding[number], touching[number])):
-            if mark.layer not in left_out:
-                found[mark.layer, mark.name][number] = mark
+        raised = avoiding[number], touching[number]
+        for mark in marks(replay, moment, trail=0.0, flags=raised, left_out=left_out):
+            found[mark.layer, mark.name][number] = mark
     for (layer, _), its in found.items():
         mark, when = next(iter(its.values())), np.array([*its])
         ways = np.stack([one.points for one in its.values()], axis=1)

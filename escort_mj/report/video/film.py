@@ -15,7 +15,7 @@ from escort_mj.report.video.camera import View
 from escort_mj.report.video.clip import Clip, Rings
 from escort_mj.report.video.marks import marks
 from escort_mj.report.video.overlay import Overlay
-from escort_mj.report.video.pen import draw_marks
+from escort_mj.report.video.pen import NOT_DRAWN, draw_marks
 from escort_mj.report.video.replay import Moment, Replay
 from escort_mj.report.video.shots import Viewpoint, plan_shot
 from escort_mj.report.video.solids import load_model, pose
@@ -118,7 +118,8 @@ class Film:
         skip_sky(scene, self._aspect)
         halos = None if rings else (avoiding, touching)
         forward = np.array(scene.camera[0].forward, dtype=float)
-        draw_marks(scene, marks(replay, moment, self._trail, halos, forward), self.size[0])
+        given = marks(replay, moment, self._trail, halos, forward, NOT_DRAWN)
+        draw_marks(scene, given, self.size[0])
         if rings:
             rings.draw(scene, moment.time, replay.planar, self.size[0])
         frame: Pixels = self._renderer.render()

@@ -164,7 +164,7 @@ class _Easel:
 
         from escort_mj.report.video.film import GLOW, in_space
         from escort_mj.report.video.marks import marks
-        from escort_mj.report.video.pen import draw_marks
+        from escort_mj.report.video.pen import NOT_DRAWN, draw_marks
         from escort_mj.report.video.replay import replay_of
         from escort_mj.report.video.solids import pose
 
@@ -178,7 +178,8 @@ class _Easel:
         avoiding, touching = (replay.lately(f, moment, GLOW) for f in (replay.avoiding, replay.touching))
         scene = self._renderer.scene
         forward = np.array(scene.camera[0].forward, dtype=float)
-        draw_marks(scene, marks(replay, moment, TRAIL, (avoiding, touching), forward), self._width)
+        given = marks(replay, moment, TRAIL, (avoiding, touching), forward, NOT_DRAWN)
+        draw_marks(scene, given, self._width)
         return np.asarray(self._renderer.render())
 
     def close(self) -> None:

@@ -6,8 +6,8 @@ MuJoCo's renderer (`pen.py`), the viewer in the browser (`view/stage.py`) and th
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from itertools import chain
+from collections.abc import Callable, Container, Iterable, Iterator
+from functools import partial
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -35,6 +35,7 @@ LAYERS = {
     "numbers": "numbers",
 }
 """What can be switched on and off, and what it is called; `shadows` and `grid` are always there."""
+OF_FEW = ("knowledge", "returns", "numbers")  # layers that crowds do not have
 NEAR = 1.7  # spacings up to which neighbors in a crowd are linked
 TRAIL_PIECES, MOST_TRAIL_PIECES = 60, 1000  # of one trail, and of all robots' together
 AHEAD = 3.0  # an arrow ends where its velocity leads to in this time [s]
@@ -90,6 +91,7 @@ def marks(
     trail: float = 8.0,
     flags: tuple[Flags, Flags] | None = None,
     forward: Array | None = None,
+    left_out: Container[str] = (),
 ) -> Iterator[Mark]:
     """Yield the marks of a moment, those that hide others last.
 
@@ -99,19 +101,25 @@ def marks(
         trail: How long trails are [s].
         flags: Robots to show as avoiding, and as touching something, shape (n,) each; None for nobody.
         forward: Where the camera looks, shape (3,): of a crowd in space, links on this side are shown.
+        left_out: Layers that are not asked for.
     """
     scene = _Scene(replay, moment)
-    yield from () if replay.planar else scene.grid()
-    yield from scene.shadows()
-    yield from scene.obstacles()
-    yield from scene.escort()
-    yield from scene.crowd_links(forward) if scene.crowd else scene.links()
-    if not scene.crowd:
-        yield from chain(scene.knowledge(), scene.returns(), scene.numbers())
-    yield from scene.trails(trail)
-    yield from scene.velocities()
-    if flags is not None:
-        yield from scene.contacts(*flags)
+    layers: dict[str, Callable[[], Iterable[Mark]]] = {
+        "grid": scene.grid,
+        "shadows": scene.shadows,
+        "safe": scene.obstacles,
+        "escort": scene.escort,
+        "links": partial(scene.crowd_links, forward) if scene.crowd else scene.links,
+        "knowledge": scene.knowledge,
+        "returns": scene.returns,
+        "trails": partial(scene.trails, trail),
+        "velocities": scene.velocities,
+        "numbers": scene.numbers,
+        "contacts": partial(scene.contacts, *flags) if flags else tuple,
+    }
+    for layer, draw in layers.items():
+        if layer not in left_out and not (scene.crowd and layer in OF_FEW):
+            yield from draw()
 
 
 def ground_of(replay: Replay) -> float:
@@ -136,6 +144,8 @@ class _Scene:
     def grid(self) -> Iterator[Mark]:
         """A grid below a mission in space, faint: without one, nothing tells near from far."""
         replay = self.replay
+        if replay.planar:
+            return
         low = replay.target.min(axis=0) - 2.5 * replay.radius
         high = replay.target.max(axis=0) + 2.5 * replay.radius
         step = replay.radius / 2 * max(1.0, np.ceil((high - low)[:2].max() / (30 * replay.radius)))

@@ -19,6 +19,7 @@ from escort_mj.report.video.marks import Mark
 
 Array = NDArray[np.float64]
 
+NOT_DRAWN = ("velocities", "numbers")  # layers that MuJoCo's pictures do not have
 DASHES = 24  # pieces of a dashed line, gaps included
 
 _IDENTITY = np.eye(3).ravel()
