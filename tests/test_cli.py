@@ -111,7 +111,6 @@ def test_a_failed_verdict(command) -> None:
         (("fly", "five.yaml"), "No such command"),
         (("compare", "five.yaml", "--laws", "amsc"), 'did you mean "asmc"?'),
         (("compare", "five.yaml", "--seeds", "0"), "--seeds"),
-        (("compare", "five.yaml", "--docs", "none.md"), "none.md"),
         (("reproduce", "--only", "5", "--docs", "none.md"), "the docs hold the whole table"),
         (("show", "."), "run folder"),
         (("run", "five.yaml", "--out", "."), "holds files but no run"),
@@ -157,7 +156,7 @@ def test_compare_runs_each_law_once(command, tmp_path: Path) -> None:
     code, out, err = command(*arguments)
     assert code == 0 and err == ""
     assert "2 runs: 2 new" in out and "APD-SMC" in out and "wrote renders/compare/five" in out
-    assert (tmp_path / "renders" / "compare" / "five" / "table.csv").is_file()
+    assert (tmp_path / "renders" / "compare" / "five" / "runs.csv").is_file()
     assert "0 new" in command(*arguments)[1]
 
 

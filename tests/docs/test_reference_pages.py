@@ -9,7 +9,7 @@ import escort_mj
 from escort_mj.behaviors.robots import Robots
 from escort_mj.cli import app
 from escort_mj.cli.values import values_read
-from escort_mj.components.equations import Equations
+from escort_mj.components.equations import Equations, kind_word
 from escort_mj.native.values import names_of
 from escort_mj.scenario.reader.plugin_shape import COMPONENTS
 from tests.docs.pages import DOCS, PAGES, REFERENCE, text_of
@@ -34,14 +34,14 @@ def test_a_page_is_what_the_program_prints(page: str) -> None:
 def test_every_value_that_a_component_can_read_has_a_line_and_a_meaning() -> None:
     rows = [*values_read()]
     assert all(form and meaning for _, name, form, _, meaning in rows if "mate(" not in name)
-    for base, (kind, (_, argument, *_)) in COMPONENTS.items():
-        told = [name.removeprefix(f"{argument}.") for each, name, *_ in rows if each == kind]
+    for base, (_, (_, argument, *_)) in COMPONENTS.items():
+        told = [name.removeprefix(f"{argument}.") for each, name, *_ in rows if each == kind_word(base)]
         known = names_of(Robots)
         if argument == "view":
             known = base.view._fields
         elif issubclass(base, Equations):
             known = base.names().known
-        assert len(told) == len(set(told)) and set(told) >= set(known) - set(base.scratch), kind
+        assert len(told) == len(set(told)) and set(told) >= set(known) - set(base.scratch), base
 
 
 def test_the_python_page_names_everything_as_users_import_it() -> None:
