@@ -7,12 +7,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from escort_mj.measuring import measure
-from escort_mj.metrics.reading import mean
 from escort_mj.record.outcome import Outcome
-from escort_mj.record.team import kept_radius
 from escort_mj.record.window import Span
 from escort_mj.study.compare.reproduction import PaperRun
 
@@ -20,7 +17,6 @@ if TYPE_CHECKING:
     import xarray
 
 NEAR = 1.02  # safe distances: an obstacle that comes so near is near
-TRACKED = 0.01  # of the radius: a robot tracks its reference once |e| stays below this
 
 
 class ComparedQuantity(NamedTuple):
@@ -124,21 +120,11 @@ def undisturbed(trace: xarray.Dataset) -> xarray.Dataset:
 
 def _motion(trace: xarray.Dataset) -> dict[str, float | None]:
     """How a run comes to its steady state."""
-    error = np.linalg.norm(trace["e"].values, axis=2)
-    away = (error > TRACKED * kept_radius(trace)).any(axis=1)
     return {
         "settling_time": measure("settling_time", trace).value,
-        "tracking_time": _last(trace["time"].values, away),
-        "error_peak": float(error.max()),
+        "tracking_time": measure("tracking_time", trace).value,
+        "error_peak": measure("tracking_error_max", trace).value,
     }
-
-
-def _last(time: NDArray[np.float64], outside: NDArray[np.bool_]) -> float:
-    """The moment from which on nothing is outside; infinite where the end is."""
-    late = np.flatnonzero(outside)
-    if not len(late):
-        return float(time[0])
-    return float(time[late[-1] + 1]) if late[-1] + 1 < len(time) else math.inf
 
 
 def _steady(tail: xarray.Dataset) -> dict[str, float | None]:
@@ -149,17 +135,11 @@ def _steady(tail: xarray.Dataset) -> dict[str, float | None]:
         "spacing_error": measure("spacing_error_mean", tail).value,
         "e_rms": measure("tracking_error_rms", tail).value,
         "e_dot_rms": measure("velocity_error_rms", tail).value,
-        "true_e_rms": true_error_rms(tail, "q"),
-        "true_e_dot_rms": true_error_rms(tail, "v"),
+        "true_e_rms": measure("true_error_rms", tail).value,
+        "true_e_dot_rms": measure("true_velocity_error_rms", tail).value,
         "chattering": measure("chattering", tail).value,
         "force_rms": measure("force_rms", tail).value,
     }
-
-
-def true_error_rms(trace: xarray.Dataset, name: str) -> float:
-    """Root mean square of a reference less what is true: `q` [m] or `v` [m/s], with no noise in it."""
-    error = trace[f"{name}_d"].values - trace[name].values
-    return math.sqrt(mean(trace, (error**2).sum(axis=2)))
 
 
 def _approaches(trace: xarray.Dataset) -> list[Approach]:
