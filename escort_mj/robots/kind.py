@@ -64,6 +64,9 @@ class RobotKind(Parameters):
     driven: ClassVar[bool] = False
     """Whether it has a drive of its own, see `drive_model`."""
 
+    modeled: ClassVar[bool] = False
+    """Whether it is a whole MJCF model, with actuators of its own."""
+
     kind: str
 
     def misfits(self, radius: float) -> Iterator[str]:

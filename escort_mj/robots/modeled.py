@@ -133,6 +133,7 @@ class ModeledKind(RobotKind):
 
     needs_gravity: ClassVar[bool] = True
     driven: ClassVar[bool] = True
+    modeled: ClassVar[bool] = True
     has_heading: ClassVar[bool] = True
 
     @abstractmethod

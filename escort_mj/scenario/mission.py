@@ -16,7 +16,6 @@ from escort_mj.expectations.expectation import watches_of
 from escort_mj.memory.sampling import Sampling, signal_dimensions
 from escort_mj.metrics.watching import Watch
 from escort_mj.robots.kind import RobotKind
-from escort_mj.robots.modeled import ModeledKind
 from escort_mj.scenario.geometry.bodies import Bodies, bodies_of
 from escort_mj.scenario.geometry.obstacles import Body, obstacles_of
 from escort_mj.scenario.geometry.placement import Placement, kinds_of, robot_count, team
@@ -172,7 +171,7 @@ class Mission:
     @property
     def trace_size(self) -> float:
         """How large the trace of a run will be, before it is compressed [byte]."""
-        several = [isinstance(kind, ModeledKind) for kind in self.kinds]
+        several = [kind.modeled for kind in self.kinds]
         return 8.0 * record_size(self.record_sizes(self.sampling(several))) * self.schedule.count
 
 

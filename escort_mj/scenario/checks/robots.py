@@ -7,7 +7,6 @@ from typing import Any
 
 from escort_mj.robots import RobotKind
 from escort_mj.robots.kind import can_meet
-from escort_mj.robots.modeled import ModeledKind
 from escort_mj.scenario.checks.mission import laws_of
 from escort_mj.scenario.findings import Finding, Path
 from escort_mj.scenario.geometry.placement import gravity_of, robot_count
@@ -92,7 +91,7 @@ def check_models(mission: Mission) -> Iterator[Finding]:
     """Robots with actuators of their own are asked for nothing that only the built-in motors have."""
     scenario = mission.scenario
     kinds = mission.kinds
-    driven = [robot for robot, kind in enumerate(kinds) if isinstance(kind, ModeledKind)]
+    driven = [robot for robot, kind in enumerate(kinds) if kind.modeled]
     if not driven:
         return
     name = f"robot {driven[0] + 1} is of the kind {kinds[driven[0]].kind}, with actuators of its own"
@@ -112,7 +111,7 @@ def check_models(mission: Mission) -> Iterator[Finding]:
             break
     for index, failure in enumerate(scenario.robots.failures):
         kind = kinds[failure.robot - 1] if failure.robot <= len(kinds) else None
-        if kind is not None and kind.driven and failure.motors == "obey":
+        if kind is not None and kind.modeled and failure.motors == "obey":
             drive = kind.drive_model(1.0, 0.2)
             if drive is not None and not drive.pushes:
                 words = f"found {failure.kind}; servos move robot {failure.robot}, not forces: dead or stuck"
@@ -141,7 +140,7 @@ def check_heights(mission: Mission) -> Iterator[Finding]:
         )
     if scenario.axes != 2:
         return
-    models = [i for i, kind in enumerate(kinds) if isinstance(kind, ModeledKind)]
+    models = [i for i, kind in enumerate(kinds) if kind.modeled]
     grounded = next((i for i in models if kinds[i].most_axes == 2), None)
     if grounded is not None and flying is not None:
         yield Finding(

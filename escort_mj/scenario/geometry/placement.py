@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from escort_mj.components.random_placement import RandomPlacement
 from escort_mj.errors import Fault, ScenarioError
 from escort_mj.robots.kind import MOST_MOTORS, RobotKind, plane_height
+from escort_mj.robots.modeled import ModeledKind, RobotModel
 from escort_mj.scenario.geometry.obstacle_body import Body, clear_of
 from escort_mj.scenario.geometry.obstacles import obstacles_of
 from escort_mj.scenario.geometry.teams import team_center
@@ -61,6 +62,13 @@ class Placement(NamedTuple):
     def coordinates(self) -> int:
         """Number of generalized positions of all robots."""
         return coordinates_of(self.kind, self.position.shape[1])
+
+    def model(self, robot: int) -> RobotModel | None:
+        """Return the whole MJCF model that a robot is, by its number from 0; None where it is none."""
+        kind = self.kind[robot]
+        if not isinstance(kind, ModeledKind):
+            return None
+        return kind.robot(float(self.mass[robot]), float(self.radius[robot]))
 
 
 def coordinates_of(kinds: Sequence[RobotKind], axes: int) -> int:

@@ -15,7 +15,6 @@ from escort_mj.components.mission import axis_names
 from escort_mj.errors import PluginError
 from escort_mj.mjcf import child_named, copied, names_in_copy, section, set_attributes
 from escort_mj.robots.kind import FREE_COORDINATES, Motor, RobotKind
-from escort_mj.robots.modeled import ModeledKind
 from escort_mj.scenario.geometry.placement import Placement
 from escort_mj.world.model.parts import part_of
 from escort_mj.world.model.robot.placing import add_model, start_model
@@ -70,8 +69,8 @@ def add_start(tree: Element, model: mujoco.MjModel, robots: Placement, gravity: 
     speeds, activations = np.zeros(model.nv), np.zeros(model.na)
     pose, controls = model.qpos0.copy(), np.zeros(model.nu)
     for i, (kind, velocity) in enumerate(zip(robots.kind, robots.velocity, strict=True)):
-        if isinstance(kind, ModeledKind):
-            own = kind.robot(float(robots.mass[i]), float(robots.radius[i]))
+        own = robots.model(i)
+        if own is not None:
             lagging = own.drive.lifts and robots.actuators[i].lag > 0.0
             lift = kind.lift(float(robots.mass[i]), gravity)[2] if lagging else 0.0
             start_model(model, own, f"robot_{i + 1}", velocity, lift, pose, speeds, controls, activations)
@@ -105,9 +104,9 @@ def _add_body(
     """One body of a robot with its motors; every body has all of the robot's mass."""
     kind, radius = robots.kind[i], float(robots.radius[i])
     name = f"robot_{i + 1}{stage.suffix}"
-    if isinstance(kind, ModeledKind):
+    own = robots.model(i)
+    if own is not None:
         hull = [*color, HULL_OPACITY]
-        own = kind.robot(float(robots.mass[i]), radius)
         add_model(tree, own, name, place, radius, hull, robots.actuators[i].lag, robots.gains[i])
         return
     unused = tuple(set("xyz") - set(stage.directions))

@@ -20,7 +20,6 @@ from numpy.typing import NDArray
 
 from escort_mj.errors import Fault, ScenarioError
 from escort_mj.mjcf import section
-from escort_mj.robots.modeled import ModeledKind
 from escort_mj.scenario.geometry.bodies import Bodies
 from escort_mj.scenario.geometry.placement import Placement
 from escort_mj.world.loop.addresses import geom_bodies
@@ -152,8 +151,5 @@ def parts_of(model: mujoco.MjModel, team: Placement, solids: Solids) -> dict[str
 
 def _reach(team: Placement, robot: int) -> float:
     """Radius of the sphere around what the law controls that a robot never leaves [m]; -1 for none."""
-    kind = team.kind[robot]
-    if not isinstance(kind, ModeledKind):
-        return -1.0
-    reach = kind.robot(float(team.mass[robot]), float(team.radius[robot])).reach
-    return reach if math.isfinite(reach) else -1.0
+    model = team.model(robot)
+    return model.reach if model is not None and math.isfinite(model.reach) else -1.0

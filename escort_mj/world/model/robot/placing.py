@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from escort_mj.mjcf import section, set_attributes
 from escort_mj.robots.drive import DEMANDS, THRUST
 from escort_mj.robots.drive import controls as commanded
-from escort_mj.robots.modeled import ModeledKind, RobotModel
+from escort_mj.robots.modeled import RobotModel
 from escort_mj.scenario.geometry.placement import Placement
 from escort_mj.scenario.schema.environment import Environment
 from escort_mj.world.model.robot.flat import asset_copy, named_copy
@@ -24,12 +24,8 @@ DIGITS = 8  # of a model's digest before the names of its assets
 
 def models_of(robots: Placement) -> list[RobotModel]:
     """The models of a team, each once."""
-    found = {}
-    for kind, mass, radius in zip(robots.kind, robots.mass, robots.radius, strict=True):
-        if isinstance(kind, ModeledKind):
-            model = kind.robot(float(mass), float(radius))
-            found[model.digest] = model
-    return list(found.values())
+    models = map(robots.model, range(len(robots.kind)))
+    return list({model.digest: model for model in models if model is not None}.values())
 
 
 def add_assets(tree: Element, models: Iterable[RobotModel]) -> None:
@@ -96,7 +92,7 @@ def _spoil(motors: Sequence[Element], lag: float, gains: Array) -> None:
 
 def own_geoms(tree: Element, robots: Placement) -> set[Element]:
     """The geoms of robots that are models: contact and drag are as their files say."""
-    names = {f"robot_{i}" for i, kind in enumerate(robots.kind, 1) if isinstance(kind, ModeledKind)}
+    names = {f"robot_{i}" for i, kind in enumerate(robots.kind, 1) if kind.modeled}
     bodies = [body for body in section(tree, "worldbody") if body.get("name") in names]
     return {geom for body in bodies for geom in body.iter("geom")}
 
