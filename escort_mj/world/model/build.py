@@ -27,7 +27,7 @@ from escort_mj.scenario.geometry.steps import Schedule
 from escort_mj.scenario.mission import Mission, mission_of
 from escort_mj.scenario.schema.scenario import Scenario
 from escort_mj.signals import record_size
-from escort_mj.world.loop.addresses import faces_of, thickness
+from escort_mj.world.loop.addresses import thickness
 from escort_mj.world.model.cameras import add_cameras
 from escort_mj.world.model.compiling import add_numbers, compile_addressed
 from escort_mj.world.model.parts import new_root
@@ -140,7 +140,7 @@ def build(mission: Mission | Scenario) -> World:
     models = models_of(robots)
     assets = {name: content for each in models for name, content in each.assets.items()}
     add_media(tree, models, scenario.environment)
-    model = _compile(tree, mission, stages, assets, solids)
+    model = compile_addressed(tree, mission, stages, assets, solids)
     if scenario.axes <= IN_SPACE:
         check_pairs(model, mission.bodies, [kind.kind for kind in robots.kind])
     thin = thickness(model, mission.bodies.names)
@@ -186,15 +186,6 @@ def _add_watch(tree: Element) -> None:
     """Add the sensor by which MuJoCo calls what looks at every step after the solver."""
     watch = ElementTree.SubElement(section(tree, "sensor"), "user", name="watch")
     set_attributes(watch, dim=1, needstage="acc", datatype="real")
-
-
-def _compile(
-    tree: Element, mission: Mission, stages: list[Stage], assets: dict[str, bytes], solids: Solids
-) -> mujoco.MjModel:
-    """Compile a tree, and wire it to the controller."""
-    movers, faces = len(mission.setup.movers), faces_of(mission.obstacles)
-    gravity, names = gravity_of(mission.scenario), mission.bodies.names
-    return compile_addressed(tree, mission.team, gravity, stages, names, movers, faces, assets, solids)
 
 
 def _set_physics(tree: Element, scenario: Scenario) -> None:

@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 
 from escort_mj.errors import Fault, PluginError, ScenarioError
 from escort_mj.mjcf import section, set_attributes
-from escort_mj.scenario.geometry.placement import Placement
-from escort_mj.world.loop.addresses import Counts, addresses_size, find_addresses
+from escort_mj.scenario.geometry.placement import Placement, gravity_of
+from escort_mj.scenario.mission import Mission
+from escort_mj.world.loop.addresses import Counts, addresses_size, faces_of, find_addresses
 from escort_mj.world.model.robots import add_start
 from escort_mj.world.model.touching import Solids, parts_of
 from escort_mj.world.stages import Stage
@@ -23,15 +24,7 @@ MOST_NUMBERS = 500  # that MuJoCo's reader takes in one element
 
 
 def compile_addressed(
-    tree: Element,
-    robots: Placement,
-    gravity: Sequence[float],
-    stages: Sequence[Stage],
-    names: Sequence[str],
-    movers: int,
-    faces: NDArray[np.float64],
-    assets: dict[str, bytes],
-    solids: Solids,
+    tree: Element, mission: Mission, stages: Sequence[Stage], assets: dict[str, bytes], solids: Solids
 ) -> mujoco.MjModel:
     """Compile a tree into a model that carries its addresses.
 
@@ -40,21 +33,19 @@ def compile_addressed(
 
     Args:
         tree: MJCF tree without addresses and start; receives both.
-        robots: What they are.
-        gravity: World frame, shape (3,) [m/s^2].
+        mission: The mission.
         stages: Where the axes of the mission are.
-        names: Of the bodies that can touch.
-        movers: How many of these move by themselves.
-        faces: Of those that are meshes, see `faces_of`.
         assets: Files that the tree names.
         solids: What of the robots can touch others.
 
     Raises:
         PluginError: If MuJoCo refuses a body that a plugin brings.
     """
+    robots, gravity, names = mission.team, gravity_of(mission.scenario), mission.bodies.names
     geoms = sum(1 for _ in section(tree, "worldbody").iter("geom"))
+    faces = faces_of(mission.obstacles)
     axes = sum(len(stage.directions) for stage in stages)
-    counts = Counts(movers, geoms, len(faces), solids.geoms, solids.limbs)
+    counts = Counts(len(mission.setup.movers), geoms, len(faces), solids.geoms, solids.limbs)
     room = np.zeros(addresses_size(robots, axes, names, counts))
     elements = add_numbers(tree, "escort_addresses", room)
     model = _first_compiled(tree, robots, assets)

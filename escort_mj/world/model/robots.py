@@ -66,14 +66,14 @@ def add_start(tree: Element, model: mujoco.MjModel, robots: Placement, gravity: 
     Returns:
         Whether there is one.
     """
-    speeds, activations = np.zeros(model.nv), np.zeros(model.na)
-    pose, controls = model.qpos0.copy(), np.zeros(model.nu)
+    start = mujoco.MjData(model)
+    pose, speeds, controls, activations = start.qpos, start.qvel, start.ctrl, start.act
     for i, (kind, velocity) in enumerate(zip(robots.kind, robots.velocity, strict=True)):
         own = robots.model(i)
         if own is not None:
             lagging = own.drive.lifts and robots.actuators[i].lag > 0.0
             lift = kind.lift(float(robots.mass[i]), gravity)[2] if lagging else 0.0
-            start_model(model, own, f"robot_{i + 1}", velocity, lift, pose, speeds, controls, activations)
+            start_model(model, own, f"robot_{i + 1}", velocity, lift, start)
             continue
         dof = model.jnt_dofadr[model.body(f"robot_{i + 1}").jntadr[0]]
         speeds[dof : dof + len(velocity)] = velocity

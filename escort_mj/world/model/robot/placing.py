@@ -112,10 +112,7 @@ def start_model(
     name: str,
     velocity: Array,
     lift: float,
-    pose: Array,
-    speeds: Array,
-    controls: Array,
-    activations: Array,
+    start: mujoco.MjData,
 ) -> None:
     """Write a robot's start pose, motion, controls and what its motors make into those of the world.
 
@@ -125,26 +122,23 @@ def start_model(
         name: Of its outermost body.
         velocity: Of its controlled point, shape (p,) [m/s].
         lift: Force against its weight, made by motors that lag; 0 where they do not [N].
-        pose: Result: generalized positions, shape (nq,).
-        speeds: Result: generalized velocities, shape (nv,).
-        controls: Result: shape (nu,).
-        activations: Result: shape (na,).
+        start: Result: of the world.
     """
     root = model.body(name).id
     joints = np.flatnonzero(model.body_rootid[model.jnt_bodyid] == root)
     place, dof = int(model.jnt_qposadr[joints[0]]), int(model.jnt_dofadr[joints[0]])
     free = model.jnt_type[joints[0]] == mujoco.mjtJoint.mjJNT_FREE and model.jnt_bodyid[joints[0]] == root
     own = 7 if free else 0  # of a free joint: where its body stands
-    pose[place + own : place + len(robot.qpos)] = robot.qpos[own:]
+    start.qpos[place + own : place + len(robot.qpos)] = robot.qpos[own:]
     moving = np.array([*velocity, 0.0])[:3]
-    speeds[dof : dof + robot.freedoms] = np.array(robot.way) @ moving
+    start.qvel[dof : dof + robot.freedoms] = np.array(robot.way) @ moving
     first = next(
         (number for number in range(model.nu) if model.actuator(number).name.startswith(f"{name}/")), None
     )
     if first is not None:
-        controls[first : first + robot.actuators] = robot.ctrl
+        start.ctrl[first : first + robot.actuators] = robot.ctrl
         if lift > 0.0:
             demand = np.zeros(DEMANDS)
             demand[0 if robot.drive.mode == THRUST else 2] = lift
             for row, control in zip(robot.drive.inputs, commanded(robot.drive, demand), strict=True):
-                activations[model.actuator_actadr[first + int(row.control)]] = control
+                start.act[model.actuator_actadr[first + int(row.control)]] = control
