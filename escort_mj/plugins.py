@@ -16,19 +16,18 @@ from escort_mj.laws.law import Law
 from escort_mj.metrics.measure import Measure
 from escort_mj.metrics.metric import metric
 from escort_mj.native.values import Values
-from escort_mj.native.vectors import Vec, dot, norm, quarter_turn, unit_axis, where
-from escort_mj.policies import ACTS, RESTS, Policy, PolicyView
+from escort_mj.native.vectors import Vec, dot, norm, of_numbers, quarter_turn, unit_axis, where
+from escort_mj.policies import Body, Policy
 from escort_mj.radios import Radio
 from escort_mj.robots import RobotKind
 from escort_mj.rules import Rule
 from escort_mj.sensors import Sensor
 
 __all__ = [
-    "ACTS",
     "BEARING",
+    "Body",
     "POSITION",
     "RANGE",
-    "RESTS",
     "VELOCITY",
     "Avoidance",
     "Behavior",
@@ -42,7 +41,6 @@ __all__ = [
     "Memory",
     "Measure",
     "Policy",
-    "PolicyView",
     "Radio",
     "RobotKind",
     "Inequality",
@@ -64,6 +62,7 @@ __all__ = [
     "dot",
     "metric",
     "norm",
+    "of_numbers",
     "quarter_turn",
     "unit_axis",
     "where",

@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 from escort_mj.behaviors.signals import RadiusSignals
 from escort_mj.components.memory import MemorySignals
 from escort_mj.components.mission import DriveSignals, MissionSignals
-from escort_mj.components.movers import MoverSignals
+from escort_mj.components.movers import MoverSignals, PolicySignals
 from escort_mj.components.obstacles import ObstacleSignals
 from escort_mj.components.teams import TeamSignals
 from escort_mj.control.signals import (
@@ -49,7 +49,7 @@ TIME = 0  # the column of a sample that holds its time
 TRUTH, LYAPUNOV, DRIVES, GOALS = "truth", "lyapunov", "drives", "goals"
 KNOWLEDGE, RADIO, LIDAR, OPPONENTS, TEAMS = "knowledge", "radio", "lidar", "opponents", "teams"
 MOVERS, SEVERAL, RADII, WATCHES = "movers", "several", "radii", "watches"
-MEMORIES, READINGS = "memories", "readings"
+MEMORIES, READINGS, POLICIES = "memories", "readings", "policies"
 DIMS: dict[Extent, tuple[str, ...]] = {
     (1,): (),
     ("n",): ("robot",),
@@ -74,6 +74,7 @@ DIMS: dict[Extent, tuple[str, ...]] = {
     ("watches",): ("watch",),
     ("memories",): ("memory",),
     ("readings",): ("reading",),
+    ("policy_values",): ("policy_value",),
     ("p",): ("axis",),
     ("p", "p"): ("axis", "axis_2"),
     ("behaviors",): ("behavior",),
@@ -101,6 +102,7 @@ CHANNELS: dict[Extent, str] = {
     ("watches",): WATCHES,
     ("memories",): MEMORIES,
     ("readings",): READINGS,
+    ("policy_values",): POLICIES,
 }
 """Channels of which all signals have such an extent: it is 0 where they are not recorded."""
 
@@ -131,6 +133,7 @@ class Signals(
     RadiusSignals,
     WatchSignals,
     ReadingSignals,
+    PolicySignals,
 ):
     """All that is recorded: what a sample has, in this order."""
 

@@ -14,11 +14,13 @@ class Memory(NamedTuple):
         unit: SI unit.
         meaning: In a few words.
         truth: The recorded signal that it estimates, beside which figures draw it; empty for none.
+        vector: Whether it is a vector, where its component has vectors and numbers.
     """
 
     unit: str
     meaning: str
     truth: str = ""
+    vector: bool = False
 
 
 class Equations(Component):

@@ -16,13 +16,13 @@ from typing import Annotated, Any
 
 import numpy as np
 
+from escort_mj.components.mission import axis_names
 from escort_mj.components.setup import MissionSetup
 from escort_mj.native.fields import Array, Fields, Recorded, Value
 from escort_mj.native.on_demand import on_demand
 from escort_mj.numerics.program import evaluate_program
 from escort_mj.plan import Plan, State
 
-MEMORY = 8  # numbers that a policy keeps for each body
 TARGET = -1.0  # in the place of an obstacle
 NO_POLICY = -1.0
 WAITS, COMES, INTERCEPTED, REACHED = 0.0, 1.0, 2.0, 3.0  # status of an opponent
@@ -37,6 +37,7 @@ class MoverParameters(Fields):
     mover_gain: Annotated[Array, "movers", Value("1/s", "how fast it comes back to its trajectory")]
     mover_obstacle: Annotated[Array, "movers", Value("1", "which obstacle, from 0; -1 for the target")]
     mover_start: Annotated[Array, "movers", "p", Value("m", "where it begins")]
+    mover_first: Annotated[Array, "movers", Value("1", "first of `policy_memory` that is its policy's")]
     mover_paths: Annotated[
         Array, "movers*p", 2, Value("1", "first instruction and their number, axis by axis")
     ]
@@ -49,6 +50,7 @@ class MoverParameters(Fields):
             "mover_force_limit": [mover.force_limit for mover in setup.movers],
             "mover_gain": [mover.gain for mover in setup.movers],
             "mover_obstacle": [mover.obstacle for mover in setup.movers],
+            "mover_first": np.cumsum([0, *map(len, kept_by(setup))])[:-1],
             "mover_start": np.reshape([mover.path.position(0.0) for mover in setup.movers], (-1, setup.axes)),
         }
 
@@ -65,6 +67,14 @@ class MoverSignals(Fields):
     ]
 
 
+class PolicySignals(Fields):
+    """What policies keep; recorded where they keep something."""
+
+    policy_memory: Annotated[
+        Array, "policy_values", Recorded("1", "what policies keep of their own; units in `policy_unit`")
+    ]
+
+
 class MoverState(Fields):
     """Where moving bodies are, and what drives them."""
 
@@ -72,8 +82,24 @@ class MoverState(Fields):
     mover_velocity: Annotated[Array, "movers", "p", Value("m/s", "likewise")]
     mover_force: Annotated[Array, "movers", "p", Value("N", "that drives it in the present step")]
     mover_wish: Annotated[Array, "movers", "p", Value("m/s", "what its policy wants")]
-    mover_memory: Annotated[Array, "movers", MEMORY, Value("1", "what its policy keeps")]
+    policy_memory_next: Annotated[Array, "policy_values", Value("1", "what becomes of `policy_memory`")]
     mover_acts: Annotated[Array, "movers", Value("1", "whether its policy acts at the moment")]
+
+
+def kept_by(setup: MissionSetup) -> list[dict[str, str]]:
+    """Return what the policy of each body keeps: the unit of each number, by name."""
+    found = []
+    for mover in setup.movers:
+        own = mover.policy.memories() if mover.policy is not None else {}
+        along = [f".{axis}" for axis in axis_names(setup.axes)]
+        found.append(
+            {
+                name + axis: memory.unit
+                for name, memory in own.items()
+                for axis in (along if memory.vector else [""])
+            }
+        )
+    return found
 
 
 @on_demand

@@ -150,7 +150,7 @@ class Stand:
         state.model_bias[:] = random.standard_normal(state.model_bias.shape)
         for values in (state.noise, state.common_noise):
             values[:] = random.standard_normal(values.shape)
-        for values in (state.q, state.v, state.mover_position, state.mover_velocity, state.mover_memory):
+        for values in (state.q, state.v, state.mover_position, state.mover_velocity, state.policy_memory):
             values[:] = random.standard_normal(values.shape)
         if isinstance(self.own, Estimator):
             self._inform(random)

@@ -12,12 +12,13 @@ from escort_mj.components.setup import MissionSetup
 from escort_mj.control.custom.calls import custom_policy
 from escort_mj.control.opponents import aim, turn_back
 from escort_mj.native.fields import Array, Fields, Value
-from escort_mj.native.kernels import inlined, reachable, stack_memory, vector_at, view_addresses
-from escort_mj.native.on_demand import on_demand
+from escort_mj.native.kernels import inlined, inlined_once, reachable, stack_memory, vector_at
+from escort_mj.native.on_demand import on_demand_unrolled
 from escort_mj.plan import Plan, State
 from escort_mj.policies import POLICIES, Policy
+from escort_mj.policies.body import policy_view
 from escort_mj.policies.learned import packed_networks
-from escort_mj.policies.policy import ACTS, RESTS, policy_view
+from escort_mj.policies.policy import ACTS, RESTS, deciding_by
 
 
 class PolicyParameters(Fields):
@@ -47,13 +48,13 @@ class PolicyParameters(Fields):
         }
 
 
-@on_demand
+@on_demand_unrolled
 def decide(plan: Plan, state: State) -> None:
     """Asks each policy for the velocity that its body wants, and lets opponents that do not come turn back.
 
     Args:
         plan: Says which body has which policy.
-        state: Gives what policies see; `mover_wish`, `mover_memory` and `mover_acts` are written.
+        state: Gives what policies see; `mover_wish`, `policy_memory` and `mover_acts` are written.
     """
     p, teams = state.q.shape[1], plan.team_radius.shape[0] > 0
     kept = vector_at(stack_memory(), 2 * p)
@@ -76,15 +77,14 @@ def decide(plan: Plan, state: State) -> None:
 
 def _kernel_of(policy: type[Policy]) -> Callable[..., Any]:
     """Return a kernel that asks a policy that ships."""
-    velocity, read = inlined(policy.__dict__["velocity"]), reader(policy)
+    equations = {name: inlined_once(equation) for name, equation in policy.equations().items()}
+    decides, read = inlined(deciding_by(policy, inlined, equations)), reader(policy)
 
     def ask(b: int, plan: Plan, state: State) -> int:
-        plan_at, state_at = view_addresses(state)
-        view = policy_view(plan_at, state_at, state.q.shape[1])
-        asked: int = velocity(read(block_at(int(plan.mover_place[b]), plan), 0), view, b)
+        asked: int = decides(read(block_at(int(plan.mover_place[b]), plan), 0), policy_view(state), b)
         return asked
 
-    return on_demand(reachable(ask, f"ask_{policy.model_fields['policy'].default}"))
+    return on_demand_unrolled(reachable(ask, f"ask_{policy.model_fields['policy'].default}"))
 
 
 _ask = one_of([*map(_kernel_of, POLICIES), custom_policy])

@@ -11,7 +11,7 @@ from escort_mj.components.memory import RATE
 from escort_mj.native.fields import Array
 from escort_mj.native.lanes import Lanes, load
 from escort_mj.native.memory import layout_with, narrower
-from escort_mj.native.values import maker_of, names_of, unknown
+from escort_mj.native.values import maker_of, names_of, unknown, with_own
 from escort_mj.native.vectors import Vec, one_row, rows_at
 
 
@@ -126,9 +126,7 @@ class Disturbance(Equations):
     @classmethod
     def robots(cls) -> type[Robots]:
         """Return what its equations are handed: robots that have its own memory by name."""
-        known = {name: member for name, member in vars(Robots).items() if isinstance(member, property)}
-        own = {name: _remembered(row) for row, name in enumerate(cls.memories())}
-        return type("Robots", (Robots,), {**known, **own, "__annotations__": Robots.__annotations__})
+        return with_own(Robots, {name: _remembered(row) for row, name in enumerate(cls.memories())})
 
 
 def _remembered(row: int) -> property:

@@ -61,7 +61,7 @@ from escort_mj.native.memory import FIRST, LENGTH, Layout, viewer
 from escort_mj.numerics.neighbors import NeighborState
 from escort_mj.numerics.program import ProgramParameters, ProgramState
 from escort_mj.numerics.reform import ReformingParameters, ReformingState
-from escort_mj.policies.policy import PolicyView, policy_view
+from escort_mj.policies.body import PolicyView
 from escort_mj.radios.radio import RadioView, radio_view
 from escort_mj.sensing.lidar import LidarParameters, LidarState
 from escort_mj.sensing.sensors import SensorParameters, SensorState
@@ -228,7 +228,6 @@ def unpack_state(plan_address: int, address: int, axes: int) -> State:
 viewer(LAYOUT, Plan, unpack_plan)
 viewer(LAYOUT, State, unpack_state)
 viewer(LAYOUT, LawView, law_view)
-viewer(LAYOUT, PolicyView, policy_view)
 viewer(LAYOUT, EstimatorView, estimator_view)
 viewer(LAYOUT, RadioView, radio_view)
 viewer(LAYOUT, SensorView, sensor_view)

@@ -17,8 +17,8 @@ from escort_mj.native import artifacts
 from escort_mj.native.kernels import DOUBLE, matrix_at, merged, stack_memory, vector_at
 from escort_mj.native.on_demand import callback, piece_of
 from escort_mj.plan import Plan, State
-from escort_mj.policies.learned import ROBOTS, perceive_bodies
-from escort_mj.policies.policy import PolicyView, policy_view
+from escort_mj.policies.body import body_at, policy_view
+from escort_mj.policies.learned import ROBOTS, perceive
 
 WEIGHTS = ("approach", "reach", "capture", "command")
 REWARD, DISTANCE, STATUS, SEEN = range(4)
@@ -26,9 +26,7 @@ REWARD, DISTANCE, STATUS, SEEN = range(4)
 
 
 @merged
-def perceive_rivals(
-    plan: Plan, state: State, view: PolicyView, weights: int, commanded: int, found: int
-) -> None:
+def perceive_rivals(plan: Plan, state: State, weights: int, commanded: int, found: int) -> None:
     """Write what the opponents of a mission perceive, and their rewards.
 
     In missions with teams, the target of an opponent is the nearest of their targets.
@@ -36,7 +34,6 @@ def perceive_rivals(
     Args:
         plan: Of the mission.
         state: After a step.
-        view: What policies see of it.
         weights: Address of the numbers that `WEIGHTS` names.
         commanded: Address of the last command, shape (o, p), as shares.
         found: Address of what is written, shape (o, SEEN + inputs); before, as of the last command.
@@ -64,9 +61,8 @@ def perceive_rivals(
         if row[STATUS] <= COMES:
             reward += wish[1] if status == REACHED else -wish[2] if status == INTERCEPTED else 0.0
         row[REWARD], row[DISTANCE], row[STATUS] = reward, distance, status
-        perceive_bodies(
-            view, b, plan.mover_speed[b], vector_at(found + DOUBLE * (width * o + SEEN), width - SEEN)
-        )
+        seen = vector_at(found + DOUBLE * (width * o + SEEN), width - SEEN)
+        perceive(body_at(b, policy_view(state)), plan.mover_speed[b], seen)
     for k in range(p):
         state.target_position[k], state.target_velocity[k] = kept[k], kept[p + k]
 
@@ -76,8 +72,8 @@ def rival_perception(axes: int) -> Callable[..., None]:
     """Perceive a mission whose plan and state are at two addresses; the others are as `perceive_rivals`."""
 
     def of_opponents(plan: int, memory: int, weights: int, commanded: int, found: int) -> None:
-        state, view = unpack_state(plan, memory, axes), policy_view(plan, memory, axes)
-        perceive_rivals(unpack_plan(plan, axes), state, view, weights, commanded, found)
+        state = unpack_state(plan, memory, axes)
+        perceive_rivals(unpack_plan(plan, axes), state, weights, commanded, found)
 
     return of_opponents
 

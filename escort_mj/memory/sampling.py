@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from escort_mj.components.movers import kept_by
 from escort_mj.control.setup import Setup
 from escort_mj.sensing.sensors import readings_of
 
@@ -74,5 +75,6 @@ def signal_dimensions(setup: Setup, sampling: Sampling) -> dict[str, int]:
         "resized": n * bool(setup.radii),
         "watches": sampling.watches,
         "memories": len(setup.memory),
+        "policy_values": sum(map(len, kept_by(setup))),
         "readings": len(readings_of(setup.sensing.own, setup.axes)),
     }

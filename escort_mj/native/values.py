@@ -8,7 +8,7 @@ Compiled, `r` is nothing but addresses, and reading a name is one load. Interpre
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from difflib import get_close_matches
 from functools import cache
 from math import prod
@@ -155,3 +155,14 @@ def maker_of(kind: type) -> Callable[..., Any]:
 def names_of(kind: type) -> list[str]:
     """Return what equations can read of values of a class: the names of its properties."""
     return [name for name, member in vars(kind).items() if isinstance(member, property)]
+
+
+def with_own(kind: type, own: Mapping[str, property]) -> Any:
+    """Return a class whose values can be read by more names: its own members, and others.
+
+    Args:
+        kind: The class.
+        own: The others.
+    """
+    members = {name: member for name, member in vars(kind).items() if not name.startswith("_")}
+    return type(kind.__name__, (kind,), {**members, **own, "__annotations__": kind.__annotations__})

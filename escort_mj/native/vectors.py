@@ -1,7 +1,7 @@
-"""Vectors of eight robots at once: p lanes as one value, with the arithmetic of vectors.
+"""Vectors of eight robots at once, p lanes as one value, or of one body, p numbers; and their arithmetic.
 
-Compiled, a `Vec` lives in registers as p lanes do; interpreted, it is what stands here. Where kernels do not
-know p when they are compiled, a vector has room for MOST_AXES and carries its p along.
+Compiled, a `Vec` lives in registers as p lanes or numbers do; interpreted, it is what stands here. Where
+kernels do not know p when they are compiled, a vector has room for MOST_AXES and carries its p along.
 """
 
 from __future__ import annotations
@@ -114,7 +114,15 @@ def turned(x: Vec, first: int) -> Vec:
 
 def unit_axis(x: Vec, axis: int) -> Vec:
     """Unit vector along an axis, with as many axes as another vector; -1 is the last axis."""
-    return Vec(tuple(everywhere(1.0 if k == axis % len(x) else 0.0) for k in range(len(x))))
+    one = everywhere(1.0) if np.ndim(x[0]) else np.float64(1.0)
+    return Vec(tuple(one if k == axis % len(x) else 0.0 * one for k in range(len(x))))
+
+
+def of_numbers(x: Vec, first: float, second: float, third: float) -> Vec:
+    """Vector of numbers, with as many axes as another vector of numbers: three at most are not 0."""
+    numbers = np.zeros(max(len(x), 3))
+    numbers[:3] = first, second, third
+    return Vec(tuple(numbers[: len(x)]))
 
 
 # How vectors and memory meet. The first argument, a view of the state, says how many axes there are.
@@ -129,6 +137,22 @@ def rows_at(state: Any, matrix: Array, i: int) -> Vec:
 def one_row(state: Any, vector: Array) -> Vec:
     """The same vector for all robots; shape (p,)."""
     return Vec(tuple(everywhere(number) for number in vector))
+
+
+def numbers_from(state: Any, array: Array, at: int) -> Vec:
+    """A vector of numbers, which lie in a row from a place on, as if the array were flat."""
+    return Vec(tuple(flat(array)[at : at + state.q.shape[1]]))
+
+
+@inlined
+def numbers_at(state: Any, matrix: Array, i: int) -> Vec:
+    """Row i of a matrix with a column for each axis, as a vector of numbers."""
+    return numbers_from(state, matrix, i * state.q.shape[1])
+
+
+def set_numbers(array: Array, at: int, x: Vec) -> None:
+    """Write a vector of numbers in a row from a place on, as if the array were flat."""
+    flat(array)[at : at + len(x)] = x.parts
 
 
 def rows_from(state: Any, matrix: Array, rows: Lanes) -> Vec:

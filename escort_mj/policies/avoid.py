@@ -1,17 +1,18 @@
 """Avoid: toward the target, past the robots in between."""
 
 import math
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field
 
-from escort_mj.native.kernels import stack_memory, vector_at
-from escort_mj.policies.directions import count_of, write_direction
-from escort_mj.policies.policy import ACTS, Policy, PolicyView
+from escort_mj.components.equations import Memory
+from escort_mj.native.kernels import inlined
+from escort_mj.native.vectors import Vec, dot, norm
+from escort_mj.policies.body import Body
+from escort_mj.policies.directions import NEAR, count_of, direction
+from escort_mj.policies.policy import Policy
 
-UNTIL, DIRECTION = 0, 1  # what is kept
 BLOCKED = 2.0  # more than directions can differ in their cosines
-AXES = 3
 
 
 class Avoid(Policy):
@@ -24,6 +25,8 @@ class Avoid(Policy):
     """
 
     seeks: ClassVar[bool] = True
+    until: ClassVar[Memory] = Memory("s", "time of the next choice")
+    direction: ClassVar[Memory] = Memory("1", "direction chosen", vector=True)
     policy: Literal["avoid"] = "avoid"
     sight: Annotated[float, Field(gt=0.0, le=1e6)] = 3.0
     """Distance between centers within which a robot is seen [m]."""
@@ -32,40 +35,34 @@ class Avoid(Policy):
     interval: Annotated[float, Field(ge=0.0, le=1e3)] = 0.1
     """Time between choices [s]."""
 
-    def velocity(self: Any, view: PolicyView, body: int) -> int:
-        """Write the velocity past the robots."""
-        kept, p = view.mover_memory[body], view.q.shape[1]
-        if view.time[0] >= kept[UNTIL]:
-            kept[UNTIL] = view.time[0] + self.interval
-            tried, straight = vector_at(stack_memory(), AXES)[:p], vector_at(stack_memory(), AXES)[:p]
-            far = 0.0
-            for k in range(p):
-                straight[k] = view.target_position[k] - view.mover_position[body, k]
-                far += straight[k] * straight[k]
-            for k in range(p):
-                straight[k] /= max(math.sqrt(far), 1e-9)
-            most = -math.inf
-            for c in range(count_of(p) + 1):
-                if c < count_of(p):
-                    write_direction(c, tried)
-                for k in range(p if c == count_of(p) else 0):
-                    tried[k] = straight[k]
-                value, blocked = 0.0, False
-                for k in range(p):
-                    value += tried[k] * straight[k]
-                for i in range(view.q.shape[0]):
-                    along = square = 0.0
-                    for k in range(p):
-                        way = view.q[i, k] - view.mover_position[body, k]
-                        along += tried[k] * way
-                        square += way * way
-                    aside = square - along * along
-                    blocked |= along > 0.0 and aside < self.berth**2 and square < self.sight**2
-                value -= BLOCKED if blocked else 0.0
-                if value > most:
-                    most = value
-                    for k in range(p):
-                        kept[DIRECTION + k] = tried[k]
-        for k in range(p):
-            view.mover_wish[body, k] = self.speed * kept[DIRECTION + k]
-        return ACTS
+    def until_next(self, r: Body) -> float:
+        """Return the time of the next choice."""
+        return r.time + self.interval if r.time >= r.until else r.until
+
+    def direction_next(self, r: Body) -> Vec:
+        """Return the direction past the robots that is nearest to the line to the target."""
+        if r.time < r.until:
+            return r.direction
+        straight = (r.target - r.q) / max(norm(r.target - r.q), NEAR)
+        found, most = straight, -math.inf
+        for k in range(count_of(r) + 1):
+            tried = direction(k, r) if k < count_of(r) else straight
+            value = dot(tried, straight) - (BLOCKED if _is_blocked(tried, r, self.berth, self.sight) else 0.0)
+            if value > most:
+                found, most = tried, value
+        return found
+
+    def velocity(self, r: Body) -> Vec:
+        """Return the velocity past the robots."""
+        return self.speed * r.direction
+
+
+@inlined
+def _is_blocked(tried: Vec, r: Body, berth: float, sight: float) -> bool:
+    """Whether a direction leads past some robot within sight nearer than the berth."""
+    found = False
+    for k in range(r.robots):
+        way = r.robot(k) - r.q
+        along, square = dot(tried, way), dot(way, way)
+        found |= along > 0.0 and square - along * along < berth**2 and square < sight**2
+    return found

@@ -1,17 +1,16 @@
 """Breach: toward the point of a perimeter that the defenders reach last."""
 
 import math
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field
 
-from escort_mj.native.kernels import stack_memory, vector_at
-from escort_mj.policies.directions import count_of, write_direction
-from escort_mj.policies.policy import ACTS, Policy, PolicyView
-
-UNTIL, AIM = 0, 1  # what is kept
-AXES = 3
-NEAR = 1e-9  # m
+from escort_mj.components.equations import Memory
+from escort_mj.native.kernels import inlined
+from escort_mj.native.vectors import Vec, dot, norm
+from escort_mj.policies.body import Body
+from escort_mj.policies.directions import NEAR, count_of, direction
+from escort_mj.policies.policy import Policy
 
 
 class Breach(Policy):
@@ -27,6 +26,8 @@ class Breach(Policy):
     """
 
     seeks: ClassVar[bool] = True
+    until: ClassVar[Memory] = Memory("s", "time of the next choice")
+    aim: ClassVar[Memory] = Memory("m", "way from the target to the point", vector=True)
     policy: Literal["breach"] = "breach"
     perimeter: Annotated[float, Field(gt=0.0, le=1e6)] = 5.0
     """Radius of the perimeter around the target [m]."""
@@ -35,42 +36,37 @@ class Breach(Policy):
     interval: Annotated[float, Field(ge=0.0, le=1e3)] = 0.1
     """Time between choices [s]."""
 
-    def velocity(self: Any, view: PolicyView, body: int) -> int:
-        """Write the velocity toward the point."""
-        kept, p = view.mover_memory[body], view.q.shape[1]
-        if view.time[0] >= kept[UNTIL]:
-            kept[UNTIL] = view.time[0] + self.interval
-            tried, most = vector_at(stack_memory(), AXES)[:p], -math.inf
-            for k in range(p):
-                kept[AIM + k] = 0.0
-            for c in range(count_of(p)):
-                write_direction(c, tried)
-                out = own = 0.0
-                for k in range(p):
-                    away = view.mover_position[body, k] - view.target_position[k]
-                    out += tried[k] * away
-                    own += (self.perimeter * tried[k] - away) ** 2
-                if out < self.perimeter:
-                    continue
-                nearest = -1.0
-                for i in range(view.q.shape[0]):
-                    along = square = 0.0
-                    for k in range(p):
-                        way = view.q[i, k] - view.target_position[k]
-                        along += tried[k] * way
-                        square += way * way
-                    nearest = max(nearest, along / max(math.sqrt(square), NEAR))
-                arc = math.acos(min(nearest, 1.0)) * self.perimeter
-                ahead = arc / self.rival_speed - math.sqrt(own) / self.speed
-                if ahead > most:
-                    most = ahead
-                    for k in range(p):
-                        kept[AIM + k] = self.perimeter * tried[k]
-        square = 0.0
-        for k in range(p):
-            away = view.mover_position[body, k] - view.target_position[k]
-            view.mover_wish[body, k] = kept[AIM + k] - away
-            square += view.mover_wish[body, k] ** 2
-        for k in range(p):
-            view.mover_wish[body, k] *= self.speed / max(math.sqrt(square), NEAR)
-        return ACTS
+    def until_next(self, r: Body) -> float:
+        """Return the time of the next choice."""
+        return r.time + self.interval if r.time >= r.until else r.until
+
+    def aim_next(self, r: Body) -> Vec:
+        """Return the way from the target to the point of largest lead; none inside the perimeter."""
+        if r.time < r.until:
+            return r.aim
+        away = r.q - r.target
+        found, most = 0.0 * away, -math.inf
+        for k in range(count_of(r)):
+            tried = direction(k, r)
+            if dot(tried, away) < self.perimeter:
+                continue
+            arc = math.acos(min(_nearest_cosine(tried, r), 1.0)) * self.perimeter
+            ahead = arc / self.rival_speed - norm(self.perimeter * tried - away) / self.speed
+            if ahead > most:
+                found, most = self.perimeter * tried, ahead
+        return found
+
+    def velocity(self, r: Body) -> Vec:
+        """Return the velocity toward the point."""
+        way = r.aim - (r.q - r.target)
+        return self.speed / max(norm(way), NEAR) * way
+
+
+@inlined
+def _nearest_cosine(tried: Vec, r: Body) -> float:
+    """Return the cosine of the angle to the nearest robot, as seen from the target."""
+    found = -1.0
+    for k in range(r.robots):
+        way = r.robot(k) - r.target
+        found = max(found, dot(tried, way) / max(norm(way), NEAR))
+    return found

@@ -1,13 +1,16 @@
 """Burst: wait, then dash through the largest gap."""
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field
 
-from escort_mj.policies.directions import write_freest
-from escort_mj.policies.policy import ACTS, RESTS, Policy, PolicyView
+from escort_mj.components.equations import Memory
+from escort_mj.native.kernels import inlined
+from escort_mj.native.vectors import Vec
+from escort_mj.policies.body import Body
+from escort_mj.policies.directions import freest
+from escort_mj.policies.policy import Policy
 
-DASHING, SINCE, DIRECTION = 0, 1, 2  # what is kept
 IN_ANGLE = 1
 
 
@@ -19,20 +22,44 @@ class Burst(Policy):
     does not change during the dash.
     """
 
+    dashes: ClassVar[Memory] = Memory("1", "1 during a dash")
+    since: ClassVar[Memory] = Memory("s", "time at which the dash or the rest began")
+    direction: ClassVar[Memory] = Memory("1", "direction of the last dash", vector=True)
     policy: Literal["burst"] = "burst"
     wait: Annotated[float, Field(ge=0.0, le=1e6)] = 5.0
     """Waiting time before each dash [s]."""
     dash: Annotated[float, Field(gt=0.0, le=1e6)] = 5.0
     """Duration of each dash [s]."""
 
-    def velocity(self: Any, view: PolicyView, body: int) -> int:
-        """Write the velocity of the dash, or 0."""
-        time, kept, p = view.time[0], view.mover_memory[body], view.q.shape[1]
-        if kept[DASHING] > 0.0 and time >= kept[SINCE] + self.dash:
-            kept[DASHING], kept[SINCE] = 0.0, time
-        if kept[DASHING] == 0.0 and time >= kept[SINCE] + self.wait:
-            kept[DASHING], kept[SINCE] = 1.0, time
-            write_freest(view.mover_position[body], view.q, IN_ANGLE, kept[DIRECTION : DIRECTION + p])
-        for k in range(p):
-            view.mover_wish[body, k] = self.speed * kept[DASHING] * kept[DIRECTION + k]
-        return ACTS if kept[DASHING] > 0.0 else RESTS
+    def dashes_next(self, r: Body) -> float:
+        """Return whether the body dashes now."""
+        return 1.0 if _begins(r, self.wait, self.dash) else 0.0 if _ends(r, self.dash) else r.dashes
+
+    def since_next(self, r: Body) -> float:
+        """Return since when."""
+        return r.time if _begins(r, self.wait, self.dash) or _ends(r, self.dash) else r.since
+
+    def direction_next(self, r: Body) -> Vec:
+        """Return the direction."""
+        return freest(r, IN_ANGLE) if _begins(r, self.wait, self.dash) else r.direction
+
+    def velocity(self, r: Body) -> Vec:
+        """Return the velocity of the dash, or 0."""
+        return self.speed * r.dashes * r.direction
+
+    def acts(self, r: Body) -> bool:
+        """Return whether it dashes."""
+        return r.dashes > 0.0
+
+
+@inlined
+def _ends(r: Any, dash: float) -> bool:
+    """Whether a dash ends now."""
+    return r.dashes > 0.0 and r.time >= r.since + dash
+
+
+@inlined
+def _begins(r: Any, wait: float, dash: float) -> bool:
+    """Whether a dash begins now."""
+    rests_since = r.time if _ends(r, dash) else r.since
+    return (r.dashes == 0.0 or _ends(r, dash)) and r.time >= rests_since + wait

@@ -4,61 +4,53 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
-from escort_mj.native.kernels import inlined, merged, stack_memory, vector_at
-
-Array = NDArray[np.float64]
+from escort_mj.native.kernels import inlined
+from escort_mj.native.vectors import Vec, dot, of_numbers
+from escort_mj.policies.body import Body
 
 IN_PLANE, IN_SPACE = 360, 1000
 """Directions that policies choose from: one degree apart, and about four."""
 _TURN = math.pi * (3.0 - math.sqrt(5.0))  # the golden angle [rad]
-_AXES = 3
+NEAR = 1e-9  # m; ways that are shorter have no direction
 
 
 @inlined
-def count_of(axes: int) -> int:
+def count_of(r: Body) -> int:
     """Return the number of directions."""
-    return IN_PLANE if axes == 2 else IN_SPACE
+    return IN_PLANE if len(r.q) == 2 else IN_SPACE
 
 
 @inlined
-def write_direction(k: int, direction: Array) -> None:
-    """Write direction k, of unit length, shape (p,); p is 2 or 3."""
-    if direction.shape[0] == 2:
+def direction(k: int, r: Body) -> Vec:
+    """Return direction k, of unit length, in two axes or three."""
+    if len(r.q) == 2:
         angle = 2.0 * math.pi * k / IN_PLANE
-        direction[0], direction[1] = math.cos(angle), math.sin(angle)
-    else:
-        height, angle = 1.0 - (2.0 * k + 1.0) / IN_SPACE, _TURN * k
-        across = math.sqrt(1.0 - height * height)
-        direction[0], direction[1], direction[2] = across * math.cos(angle), across * math.sin(angle), height
+        return of_numbers(r.q, math.cos(angle), math.sin(angle), 0.0)
+    height, angle = 1.0 - (2.0 * k + 1.0) / IN_SPACE, _TURN * k
+    across = math.sqrt(1.0 - height * height)
+    return of_numbers(r.q, across * math.cos(angle), across * math.sin(angle), height)
 
 
-@merged
-def write_freest(here: Array, others: Array, power: float, result: Array) -> None:
-    """Write the direction u with the least max_i u . d_i / |d_i|^power, see `freest`.
+@inlined
+def freest(r: Body, power: int) -> Vec:
+    """Return the direction u with the least max_i u . d_i / |d_i|^power, d_i the way to robot i.
+
+    With the power 1 it is the middle of the largest gap between robots as seen from the body. With 2, half
+    the reciprocal of the largest is how far u stays within the points that are nearer to the body than to any
+    robot: the longest way within the Voronoi cell.
 
     Args:
-        here: Shape (p,) [m].
-        others: Shape (n, p) [m].
+        r: The body.
         power: 1 or 2.
-        result: The direction, shape (p,).
     """
-    p, least = here.shape[0], math.inf
-    direction = vector_at(stack_memory(), _AXES)[:p]
-    for k in range(count_of(p)):
-        write_direction(k, direction)
-        most = -math.inf
-        for i in range(others.shape[0]):
-            along = square = 0.0
-            for axis in range(p):
-                way = others[i, axis] - here[axis]
-                along += direction[axis] * way
-                square += way * way
+    found, least = direction(0, r), math.inf
+    for k in range(count_of(r)):
+        tried, most = direction(k, r), -math.inf
+        for i in range(r.robots):
+            way = r.robot(i) - r.q
+            square = dot(way, way)
             if square > 0.0:
-                most = max(most, along / (square if power == 2.0 else math.sqrt(square)))
+                most = max(most, dot(tried, way) / (square if power == 2 else math.sqrt(square)))
         if most < least:
-            least = most
-            for axis in range(p):
-                result[axis] = direction[axis]
+            found, least = tried, most
+    return found

@@ -1,15 +1,15 @@
 """Follow: behind another body, as a trailer."""
 
-import math
 from collections.abc import Sequence
 from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import Field, PositiveFloat, PrivateAttr
 
 from escort_mj.components.component import Component
-from escort_mj.policies.policy import ACTS, Policy, PolicyView
-
-NEAR = 1e-9  # m
+from escort_mj.native.vectors import Vec, dot, norm
+from escort_mj.policies.body import Body
+from escort_mj.policies.directions import NEAR
+from escort_mj.policies.policy import Policy
 
 
 class Follow(Policy):
@@ -48,24 +48,15 @@ class Follow(Policy):
         found._place = bodies.index(self.leader)
         return found
 
-    def velocity(self: Any, view: PolicyView, body: int) -> int:
-        """Write the velocity along the line to the leader."""
-        n, p = view.q.shape
-        square = along = 0.0
-        for k in range(p):
-            place, speed = view.target_position[k], view.target_velocity[k]
-            if self.place < n:
-                place, speed = view.q[int(self.place), k], view.v[int(self.place), k]
-            elif self.place > n:
-                j = int(self.place) - n - 1
-                place, speed = view.obstacle_position[j, k], view.obstacle_velocity[j, k]
-            way = place - view.mover_position[body, k]
-            view.mover_wish[body, k] = way
-            square += way * way
-            along += way * speed
-        far = math.sqrt(square)
-        rate = along / max(far, NEAR) + self.gain * (far - self.distance)
-        share = min(max(rate, -self.speed), self.speed) / max(far, NEAR)
-        for k in range(p):
-            view.mover_wish[body, k] *= share
-        return ACTS
+    def velocity(self, r: Body) -> Vec:
+        """Return the velocity along the line to the leader."""
+        place, pace = r.target, r.target_velocity
+        if self.place < r.robots:
+            place, pace = r.robot(int(self.place)), r.robot_velocity(int(self.place))
+        elif self.place > r.robots:
+            j = int(self.place) - r.robots - 1
+            place, pace = r.obstacle(j), r.obstacle_velocity(j)
+        way = place - r.q
+        far = norm(way)
+        rate = dot(way, pace) / max(far, NEAR) + self.gain * (far - self.distance)
+        return min(max(rate, -self.speed), self.speed) / max(far, NEAR) * way

@@ -12,15 +12,17 @@ from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from escort_mj.components.component import Component
+from escort_mj.components.equations import Memory
 from escort_mj.components.parameters import Parameters
 from escort_mj.native.fields import Array
 from escort_mj.native.kernels import inlined, stack_memory, vector_at
-from escort_mj.policies.policy import ACTS, Policy, PolicyView
+from escort_mj.native.vectors import Vec, dot, norm, numbers_from, set_numbers
+from escort_mj.policies.body import Body
+from escort_mj.policies.policy import Policy
 
 ROBOTS = 4  # that a body sees, the nearest ones
 LARGEST = 10.0  # size of a number that a network is given
 WIDEST, MOST_LAYERS = 64, 4
-UNTIL, WISH = 0, 1  # what is kept
 EARLY = 1e-9  # s
 
 Numbers = Annotated[tuple[float, ...], Field(min_length=1, max_length=WIDEST)]
@@ -61,6 +63,8 @@ class Learned(Policy):
     """
 
     python_only: ClassVar[frozenset[str]] = Component.python_only | {"network"}
+    until: ClassVar[Memory] = Memory("s", "time of the next evaluation")
+    share: ClassVar[Memory] = Memory("1", "velocity as a share of the speed", vector=True)
     policy: Literal["learned"] = "learned"
     network: Annotated[tuple[Layer, ...], Field(max_length=MOST_LAYERS, json_schema_extra=_or_file)] = ()
     """Layers, or the name of a .npz file in the scenario's folder; the file contains weights_1, bias_1,
@@ -88,37 +92,20 @@ class Learned(Policy):
         places = packed_networks(mover.policy for mover in setup.movers)[1] if setup is not None else {}
         return {"speed": self.speed, "interval": self.interval, "place": float(places.get(self, 0))}
 
-    def velocity(self: Any, view: PolicyView, body: int) -> int:
-        """Write the velocity that the network answers."""
-        kept, p = view.mover_memory[body], view.q.shape[1]
-        if view.time[0] >= kept[UNTIL] - EARLY:
-            kept[UNTIL] = view.time[0] + self.interval
-            values, answers = vector_at(stack_memory(), WIDEST), vector_at(stack_memory(), WIDEST)
-            perceive_bodies(view, body, self.speed, values)
-            place = self.place
-            layers = int(view.networks[place])
-            place += 1
-            if layers == 0:
-                values[:p] = 0.0
-            for number in range(layers):
-                rows, columns = int(view.networks[place]), int(view.networks[place + 1])
-                place += 2
-                for row in range(rows):
-                    answer = view.networks[place + rows * columns + row]
-                    for column in range(columns):
-                        answer += view.networks[place + row * columns + column] * values[column]
-                    answers[row] = math.tanh(answer) if number < layers - 1 else answer
-                place += rows * (columns + 1)
-                for row in range(rows):
-                    values[row] = answers[row]
-            square = 0.0
-            for k in range(p):
-                square += values[k] * values[k]
-            for k in range(p):
-                kept[WISH + k] = values[k] / max(math.sqrt(square), 1.0)
-        for k in range(p):
-            view.mover_wish[body, k] = self.speed * kept[WISH + k]
-        return ACTS
+    def until_next(self, r: Body) -> float:
+        """Return the time of the next evaluation."""
+        return r.time + self.interval if r.time >= r.until - EARLY else r.until
+
+    def share_next(self, r: Body) -> Vec:
+        """Return what the network answers, cut off at the length 1."""
+        if r.time < r.until - EARLY:
+            return r.share
+        found = answered(self.place, self.speed, r)
+        return found / max(norm(found), 1.0)
+
+    def velocity(self, r: Body) -> Vec:
+        """Return the velocity of which the network has found the share."""
+        return self.speed * r.share
 
 
 def inputs(axes: int) -> int:
@@ -148,30 +135,59 @@ def packed_networks(policies: Iterable[Policy | None]) -> tuple[list[float], dic
 
 
 @inlined
-def perceive_bodies(view: PolicyView, body: int, speed: float, found: Array) -> None:
-    """Write what `perceived` returns, compiled."""
-    n, p = view.q.shape
+def answered(place: int, speed: float, r: Body) -> Vec:
+    """Return what a network answers to what a body perceives, layer by layer.
+
+    Args:
+        place: Where the network begins among those of the mission.
+        speed: That velocities are shares of [m/s].
+        r: The body.
+    """
+    networks = r.seen.networks
+    values, answers = vector_at(stack_memory(), WIDEST), vector_at(stack_memory(), WIDEST)
+    perceive(r, speed, values)
+    layers, at = int(networks[place]), place + 1
+    for number in range(layers):
+        rows, columns = int(networks[at]), int(networks[at + 1])
+        at += 2
+        for row in range(rows):
+            answer = networks[at + rows * columns + row]
+            for column in range(columns):
+                answer += networks[at + row * columns + column] * values[column]
+            answers[row] = math.tanh(answer) if number < layers - 1 else answer
+        at += rows * (columns + 1)
+        for row in range(rows):
+            values[row] = answers[row]
+    found = numbers_from(r.seen, values, 0)
+    return found if layers > 0 else 0.0 * found
+
+
+@inlined
+def perceive(r: Body, speed: float, found: Array) -> None:
+    """Write what a network is given: of each quantity a vector, none larger than LARGEST.
+
+    Args:
+        r: The body.
+        speed: That velocities are shares of [m/s].
+        found: Written, shape (inputs,) or more.
+    """
+    p = len(r.q)
     for k in range((3 + 2 * ROBOTS) * p):
         found[k] = 0.0
-    for k in range(p):
-        found[k] = (view.target_position[k] - view.mover_position[body, k]) / view.radius
-        found[p + k] = view.target_velocity[k] / speed
-        found[2 * p + k] = view.mover_velocity[body, k] / speed
+    set_numbers(found, 0, (r.target - r.q) / r.radius)
+    set_numbers(found, p, r.target_velocity / speed)
+    set_numbers(found, 2 * p, r.v / speed)
     reached, last = -1.0, -1  # the robot that was found before, and its distance squared
-    for place in range(min(n, ROBOTS)):
+    for place in range(min(r.robots, ROBOTS)):
         nearest, least = -1, math.inf
-        for i in range(n):
-            square = 0.0
-            for k in range(p):
-                square += (view.q[i, k] - view.mover_position[body, k]) ** 2
+        for i in range(r.robots):
+            square = dot(r.robot(i) - r.q, r.robot(i) - r.q)
             if (square > reached or (square == reached and i > last)) and square < least:
                 nearest, least = i, square
         if nearest < 0:
             break
-        for k in range(p):
-            way = view.q[nearest, k] - view.mover_position[body, k]
-            found[(3 + 2 * place) * p + k] = way / view.radius
-            found[(4 + 2 * place) * p + k] = view.v[nearest, k] / speed
+        set_numbers(found, (3 + 2 * place) * p, (r.robot(nearest) - r.q) / r.radius)
+        set_numbers(found, (4 + 2 * place) * p, r.robot_velocity(nearest) / speed)
         reached, last = least, nearest
     for k in range((3 + 2 * ROBOTS) * p):
         found[k] = min(max(found[k], -LARGEST), LARGEST)

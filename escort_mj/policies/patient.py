@@ -1,14 +1,16 @@
 """Patient: circle the team until there is a gap, then go straight in."""
 
 import math
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field
 
-from escort_mj.policies.policy import ACTS, RESTS, Policy, PolicyView
+from escort_mj.components.equations import Memory
+from escort_mj.native.vectors import Vec, dot, norm, quarter_turn
+from escort_mj.policies.body import Body
+from escort_mj.policies.directions import NEAR
+from escort_mj.policies.policy import Policy
 
-RUNS = 0  # what is kept
-NEAR = 1e-9  # m
 GAIN = 1.0  # 1/s, of the distance from the circle
 
 
@@ -20,6 +22,7 @@ class Patient(Policy):
     """
 
     seeks: ClassVar[bool] = True
+    runs: ClassVar[Memory] = Memory("1", "1 once it goes in")
     policy: Literal["patient"] = "patient"
     distance: Annotated[float, Field(gt=0.0, le=1e6)] = 6.0
     """Distance from the target at which the body circles [m]."""
@@ -27,30 +30,26 @@ class Patient(Policy):
     """Angle between the body and the nearest robot, seen from the target, above which the body goes in [rad].
     """
 
-    def velocity(self: Any, view: PolicyView, body: int) -> int:
-        """Write the velocity around the target, or toward it."""
-        kept, p, square, nearest = view.mover_memory[body], view.q.shape[1], 0.0, -math.inf
-        for k in range(p):
-            square += (view.mover_position[body, k] - view.target_position[k]) ** 2
-        far = max(math.sqrt(square), NEAR)
-        for i in range(view.q.shape[0]):
-            along = size = 0.0
-            for k in range(p):
-                way = view.q[i, k] - view.target_position[k]
-                along += way * (view.mover_position[body, k] - view.target_position[k])
-                size += way * way
-            nearest = max(nearest, along / (far * max(math.sqrt(size), NEAR)))
-        if abs(far - self.distance) < 0.1 * self.distance and nearest < math.cos(self.gap):
-            kept[RUNS] = 1.0
-        asked = 0.0
-        for k in range(p):
-            away = view.mover_position[body, k] - view.target_position[k]
-            other = view.mover_position[body, 1 - k] - view.target_position[1 - k] if k < 2 else 0.0
-            around = (-other if k == 0 else other) / far * self.speed
-            wish = around - GAIN * (far - self.distance) * away / far
-            view.mover_wish[body, k] = -self.speed * away / far if kept[RUNS] > 0.0 else wish
-            asked += view.mover_wish[body, k] ** 2
-        share = self.speed / max(math.sqrt(asked), self.speed)
-        for k in range(p):
-            view.mover_wish[body, k] *= share
-        return ACTS if kept[RUNS] > 0.0 else RESTS
+    def runs_next(self, r: Body) -> float:
+        """Return whether it goes in: since it was on the circle and no robot was in front."""
+        away, nearest = r.q - r.target, -math.inf
+        far = max(norm(away), NEAR)
+        for k in range(r.robots):
+            way = r.robot(k) - r.target
+            nearest = max(nearest, dot(way, away) / (far * max(norm(way), NEAR)))
+        goes = abs(far - self.distance) < 0.1 * self.distance and nearest < math.cos(self.gap)
+        return 1.0 if goes else r.runs
+
+    def velocity(self, r: Body) -> Vec:
+        """Return the velocity around the target, or toward it."""
+        away = r.q - r.target
+        far = max(norm(away), NEAR)
+        around = self.speed * (quarter_turn(away) / far)
+        wish = around - GAIN * (far - self.distance) * away / far
+        if r.runs > 0.0:
+            wish = -self.speed * away / far
+        return self.speed / max(norm(wish), self.speed) * wish
+
+    def acts(self, r: Body) -> bool:
+        """Return whether it goes in."""
+        return r.runs > 0.0

@@ -1,55 +1,40 @@
 """Base of policies: where a body wants to go that has a will of its own."""
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING, Annotated, ClassVar, NamedTuple, Self
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import cache
+from typing import Annotated, Any, ClassVar, Self
 
 from pydantic import Field
 
-from escort_mj.components.component import Component
-from escort_mj.components.movers import MEMORY
-from escort_mj.native.fields import Array
-from escort_mj.native.memory import layout_with
+from escort_mj.components.equations import Equations
+from escort_mj.native.values import maker_of, names_of, with_own
+from escort_mj.native.vectors import Vec, set_numbers
+from escort_mj.policies.body import Body, PolicyView, kept_number, kept_vector
 
 RESTS, ACTS = 0, 1
-"""What a policy returns: whether it acts on its purpose at the moment."""
+"""Whether a policy acts on its purpose at the moment."""
 
 
-class PolicyView(NamedTuple):
-    """What a policy sees of the mission, all of it true and at once; n robots, p axes, m obstacles."""
-
-    timestep: float  # [s]
-    seed: int  # of the mission's random streams
-    radius: float  # of the mission [m]
-    time: Annotated[Array, 1]  # [s]
-    q: Annotated[Array, "n", "p"]  # position of the robots [m]
-    v: Annotated[Array, "n", "p"]  # their velocity [m/s]
-    robot_radius: Annotated[Array, "n"]  # [m]
-    target_position: Annotated[Array, "p"]  # [m]
-    target_velocity: Annotated[Array, "p"]  # [m/s]
-    obstacle_position: Annotated[Array, "m", "p"]  # centers [m]
-    obstacle_velocity: Annotated[Array, "m", "p"]  # [m/s]
-    obstacle_radius: Annotated[Array, "m"]  # 0 for those that are not spheres [m]
-    networks: Annotated[Array, "networks"]  # of learned policies
-    mover_position: Annotated[Array, "movers", "p"]  # of the bodies with a drive, its own among them [m]
-    mover_velocity: Annotated[Array, "movers", "p"]  # [m/s]
-    mover_start: Annotated[Array, "movers", "p"]  # where they begin [m]
-    mover_wish: Annotated[Array, "movers", "p"]  # written: the velocity that it wants [m/s]
-    mover_memory: Annotated[Array, "movers", MEMORY]  # written: what it keeps, at first 0
-
-
-class Policy(Component):
+class Policy(Equations):
     """The will of a body with its own drive: a target that escapes, or an opponent that wants to reach it.
 
-    A subclass has a key `policy` with its name, parameters, and its method `velocity`. It writes
-    the velocity that one body wants to `mover_wish[body]`, and what it keeps to `mover_memory[body]`. The
-    body's drive follows as far as its force limit allows, and MuJoCo's contacts have the last word.
+    A subclass has a key `policy` with its name, parameters, and the equation `velocity(self, r)`, which
+    returns the velocity that the body wants. What it keeps of its own, numbers or vectors, it declares and
+    moves on in every step, before its velocity is asked for; runs record it. The body's drive follows as far
+    as its force limit allows, and MuJoCo's contacts have the last word.
     """
 
     method: ClassVar[str] = "velocity"
     view: ClassVar[type] = PolicyView
-    outputs: ClassVar[tuple[str, ...]] = ("mover_wish", "mover_memory")
+    outputs: ClassVar[tuple[str, ...]] = ("mover_wish", "policy_memory_next")
+    scratch: ClassVar[tuple[str, ...]] = ("policy_memory",)
     answers: ClassVar[str | None] = "ACTS or RESTS"
     gives: ClassVar[str] = "body {} a velocity"
+    asks: ClassVar[tuple[str, ...]] = ("velocity", "acts")
+    reads: ClassVar[tuple[tuple[str, str], ...]] = tuple((name, name) for name in names_of(Body))
+    keeps: ClassVar[str] = "policy_memory"
     seeks: ClassVar[bool] = False
     """Whether it wants to reach the target, as opponents do."""
 
@@ -57,25 +42,87 @@ class Policy(Component):
     speed: Annotated[float, Field(gt=0.0, le=1e3)] = 1.0
     """Speed at which the body moves [m/s]."""
 
+    def velocity(self, r: Body) -> Vec:
+        """Return the velocity that the body wants [m/s].
+
+        Args:
+            r: The body: `q`, `target`, `robot(k)` and more.
+        """
+        raise NotImplementedError
+
+    def acts(self, r: Body) -> Any:
+        """Return whether it acts on its purpose at the moment; by default it always does."""
+        return True
+
     def among(self, bodies: Sequence[str]) -> Self:
         """Return it in a mission with bodies of these names: robots, the target, then obstacles."""
         return self
 
-    if TYPE_CHECKING:
+    @classmethod
+    def places(cls) -> Iterator[tuple[str, bool, int, int]]:
+        """Yield what it keeps: the name, whether a vector, and behind how many numbers and vectors it is."""
+        numbers = vectors = 0
+        for name, memory in cls.memories().items():
+            yield name, memory.vector, numbers, vectors
+            numbers, vectors = numbers + (not memory.vector), vectors + memory.vector
 
-        def velocity(self, view: PolicyView, body: int) -> int:
-            """Write the velocity that a body wants.
-
-            Args:
-                view: What it sees.
-                body: Which of the bodies with a drive, from 0.
-
-            Returns:
-                `ACTS` or `RESTS`.
-            """
+    @classmethod
+    def body(cls) -> type[Body]:
+        """Return what its equations are handed: a body that has by name what the policy keeps."""
+        own = {
+            name: (kept_vector if is_vector else kept_number)(*place)
+            for name, is_vector, *place in cls.places()
+        }
+        return with_own(Body, own)
 
 
-def policy_view(plan: int, state: int, axes: int) -> PolicyView:
-    """View what policies see at the addresses of a plan and a state; nothing is copied or owned."""
-    view: PolicyView = layout_with(PolicyView).read(PolicyView, plan, state)
-    return view
+@cache
+def bodies_of(policy: type[Policy]) -> Any:
+    """Return a function that makes what a policy is handed: of the body's number and the view."""
+    return maker_of(policy.body())
+
+
+Call = Callable[..., Any]
+
+
+def deciding_by(policy: type[Policy], made: Callable[[Call], Call], equations: Mapping[str, Call]) -> Call:
+    """Return what writes the velocity that a body wants: `(parameters, view, body)`, `ACTS` or `RESTS`.
+
+    Args:
+        policy: The policy.
+        made: Makes a function callable in kernels.
+        equations: What `policy.equations()` returns, made so.
+    """
+    body_at, velocity, acts = bodies_of(policy), equations["velocity"], equations["acts"]
+
+    def nothing(parameters: Any, view: Any, body: int) -> None:
+        return
+
+    def after(before: Call, following: Call, is_vector: bool, numbers: int, vectors: int) -> Call:
+        def write(parameters: Any, view: Any, body: int) -> None:
+            before(parameters, view, body)
+            at = int(view.mover_first[body]) + numbers + vectors * view.q.shape[1]
+            view.policy_memory_next[at] = following(parameters, body_at(body, view))
+
+        def write_vector(parameters: Any, view: Any, body: int) -> None:
+            before(parameters, view, body)
+            at = int(view.mover_first[body]) + numbers + vectors * view.q.shape[1]
+            set_numbers(view.policy_memory_next, at, following(parameters, body_at(body, view)))
+
+        return made(write_vector if is_vector else write)
+
+    move, all_numbers, all_vectors = made(nothing), 0, 0
+    for name, is_vector, numbers, vectors in policy.places():
+        move = after(move, equations[name + policy.moves], is_vector, numbers, vectors)
+        all_numbers, all_vectors = numbers + (not is_vector), vectors + is_vector
+
+    def decide(parameters: Any, view: Any, body: int) -> int:
+        move(parameters, view, body)
+        first = int(view.mover_first[body])
+        for at in range(first, first + all_numbers + all_vectors * view.q.shape[1]):
+            view.policy_memory[at] = view.policy_memory_next[at]
+        r = body_at(body, view)
+        set_numbers(view.mover_wish, body * view.q.shape[1], velocity(parameters, r))
+        return ACTS if acts(parameters, r) else RESTS
+
+    return decide

@@ -1,11 +1,11 @@
 """Straight: toward the target on the shortest way."""
 
-import math
-from typing import Any, ClassVar, Literal
+from typing import ClassVar, Literal
 
-from escort_mj.policies.policy import ACTS, Policy, PolicyView
-
-NEAR = 1e-9  # m
+from escort_mj.native.vectors import Vec, norm
+from escort_mj.policies.body import Body
+from escort_mj.policies.directions import NEAR
+from escort_mj.policies.policy import Policy
 
 
 class Straight(Policy):
@@ -14,12 +14,7 @@ class Straight(Policy):
     seeks: ClassVar[bool] = True
     policy: Literal["straight"] = "straight"
 
-    def velocity(self: Any, view: PolicyView, body: int) -> int:
-        """Write the velocity toward the target."""
-        p, square = view.q.shape[1], 0.0
-        for k in range(p):
-            square += (view.target_position[k] - view.mover_position[body, k]) ** 2
-        for k in range(p):
-            way = view.target_position[k] - view.mover_position[body, k]
-            view.mover_wish[body, k] = self.speed * way / max(math.sqrt(square), NEAR)
-        return ACTS
+    def velocity(self, r: Body) -> Vec:
+        """Return the velocity toward the target."""
+        way = r.target - r.q
+        return self.speed * way / max(norm(way), NEAR)

@@ -1,13 +1,15 @@
 """Voronoi: along the longest free way, within the points that no robot reaches first."""
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field
 
-from escort_mj.policies.directions import write_freest
-from escort_mj.policies.policy import ACTS, RESTS, Policy, PolicyView
+from escort_mj.components.equations import Memory
+from escort_mj.native.vectors import Vec
+from escort_mj.policies.body import Body
+from escort_mj.policies.directions import freest
+from escort_mj.policies.policy import Policy
 
-UNTIL, DIRECTION = 0, 1  # what is kept
 IN_CELL = 2
 
 
@@ -19,22 +21,26 @@ class Voronoi(Policy):
     direction is chosen again after each `interval`.
     """
 
+    until: ClassVar[Memory] = Memory("s", "time of the next choice")
+    direction: ClassVar[Memory] = Memory("1", "direction chosen", vector=True)
     policy: Literal["voronoi"] = "voronoi"
     wait: Annotated[float, Field(ge=0.0, le=1e6)] = 0.0
     """Waiting time before the body moves [s]."""
     interval: Annotated[float, Field(ge=0.0, le=1e3)] = 0.1
     """Time between choices [s]."""
 
-    def velocity(self: Any, view: PolicyView, body: int) -> int:
-        """Write the velocity along the longest way."""
-        kept, p = view.mover_memory[body], view.q.shape[1]
-        if view.time[0] < self.wait:
-            for k in range(p):
-                view.mover_wish[body, k] = 0.0
-            return RESTS
-        if view.time[0] >= kept[UNTIL]:
-            kept[UNTIL] = view.time[0] + self.interval
-            write_freest(view.mover_position[body], view.q, IN_CELL, kept[DIRECTION : DIRECTION + p])
-        for k in range(p):
-            view.mover_wish[body, k] = self.speed * kept[DIRECTION + k]
-        return ACTS
+    def until_next(self, r: Body) -> float:
+        """Return the time of the next choice."""
+        return r.time + self.interval if r.time >= max(r.until, self.wait) else r.until
+
+    def direction_next(self, r: Body) -> Vec:
+        """Return the direction of the longest way."""
+        return freest(r, IN_CELL) if r.time >= max(r.until, self.wait) else r.direction
+
+    def velocity(self, r: Body) -> Vec:
+        """Return the velocity along the longest way."""
+        return self.speed * r.direction
+
+    def acts(self, r: Body) -> bool:
+        """Return whether it has waited."""
+        return r.time >= self.wait

@@ -1,38 +1,46 @@
 """Wander: from one random place to the next."""
 
-import math
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field
 
-from escort_mj.numerics.gaussian import POLICY, fractions
-from escort_mj.policies.policy import ACTS, Policy, PolicyView
+from escort_mj.components.equations import Memory
+from escort_mj.native.kernels import inlined
+from escort_mj.native.vectors import Vec, dot, norm
+from escort_mj.policies.body import Body
+from escort_mj.policies.directions import NEAR
+from escort_mj.policies.policy import Policy
 
-DRAWN, PLACE = 0, 1  # what is kept
 ARRIVED = 0.05  # of the reach
 
 
 class Wander(Policy):
     """Move from one random place to the next, in a box around the start."""
 
+    drawn: ClassVar[Memory] = Memory("1", "how many places it has drawn")
+    place: ClassVar[Memory] = Memory("m", "the last of them", vector=True)
     policy: Literal["wander"] = "wander"
     reach: Annotated[float, Field(gt=0.0, le=1e6)] = 5.0
     """Half the edge length of the box, which is centered on the start [m]."""
 
-    def velocity(self: Any, view: PolicyView, body: int) -> int:
-        """Write the velocity toward the place."""
-        kept, p, square = view.mover_memory[body], view.q.shape[1], 0.0
-        for k in range(p):
-            square += (kept[PLACE + k] - view.mover_position[body, k]) ** 2
-        if kept[DRAWN] == 0.0 or square <= (ARRIVED * self.reach) ** 2:
-            kept[DRAWN] += 1.0
-            a, b, c, _ = fractions(view.seed, 1, POLICY, body, int(kept[DRAWN]))
-            square = 0.0
-            for k in range(p):
-                drawn = a if k == 0 else (b if k == 1 else c)
-                kept[PLACE + k] = view.mover_start[body, k] + self.reach * (2.0 * drawn - 1.0)
-                square += (kept[PLACE + k] - view.mover_position[body, k]) ** 2
-        for k in range(p):
-            way = kept[PLACE + k] - view.mover_position[body, k]
-            view.mover_wish[body, k] = self.speed * way / max(math.sqrt(square), 1e-9)
-        return ACTS
+    def drawn_next(self, r: Body) -> float:
+        """Return one more where the body has arrived, and at first."""
+        return r.drawn + 1.0 if _arrived(r, ARRIVED * self.reach) else r.drawn
+
+    def place_next(self, r: Body) -> Vec:
+        """Return another place there."""
+        if not _arrived(r, ARRIVED * self.reach):
+            return r.place
+        return r.start + self.reach * r.random(int(r.drawn) + 1)
+
+    def velocity(self, r: Body) -> Vec:
+        """Return the velocity toward the place."""
+        way = r.place - r.q
+        return self.speed * way / max(norm(way), NEAR)
+
+
+@inlined
+def _arrived(r: Any, near: float) -> bool:
+    """Whether a body is so near to its place, or has none yet."""
+    way = r.place - r.q
+    return r.drawn == 0.0 or dot(way, way) <= near**2

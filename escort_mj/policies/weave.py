@@ -1,13 +1,14 @@
 """Weave: toward the target in a wavy line."""
 
 import math
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field
 
-from escort_mj.policies.policy import ACTS, Policy, PolicyView
-
-NEAR = 1e-9  # m
+from escort_mj.native.vectors import Vec, norm, of_numbers
+from escort_mj.policies.body import Body
+from escort_mj.policies.directions import NEAR
+from escort_mj.policies.policy import Policy
 
 
 class Weave(Policy):
@@ -20,17 +21,9 @@ class Weave(Policy):
     period: Annotated[float, Field(gt=0.0, le=1e3)] = 4.0
     """Time from one side to the other and back [s]."""
 
-    def velocity(self: Any, view: PolicyView, body: int) -> int:
-        """Write the velocity along the wavy line."""
-        p, square = view.q.shape[1], 0.0
-        turn = self.angle * math.sin(2.0 * math.pi * view.time[0] / self.period)
-        for k in range(p):
-            way = view.target_position[k] - view.mover_position[body, k]
-            view.mover_wish[body, k] = way
-            square += way * way
-        x, y = view.mover_wish[body, 0], view.mover_wish[body, 1]
-        view.mover_wish[body, 0] = math.cos(turn) * x - math.sin(turn) * y
-        view.mover_wish[body, 1] = math.sin(turn) * x + math.cos(turn) * y
-        for k in range(p):
-            view.mover_wish[body, k] *= self.speed / max(math.sqrt(square), NEAR)
-        return ACTS
+    def velocity(self, r: Body) -> Vec:
+        """Return the velocity along the wavy line."""
+        way, turn = r.target - r.q, self.angle * math.sin(2.0 * math.pi * r.time / self.period)
+        x = math.cos(turn) * way[0] - math.sin(turn) * way[1]
+        y = math.sin(turn) * way[0] + math.cos(turn) * way[1]
+        return self.speed / max(norm(way), NEAR) * of_numbers(way, x, y, way[-1])

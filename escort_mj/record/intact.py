@@ -23,6 +23,7 @@ from escort_mj.signals import (
     MEMORIES,
     MOVERS,
     OPPONENTS,
+    POLICIES,
     RADII,
     RADIO,
     READINGS,
@@ -129,6 +130,7 @@ def _shape_faults(trace: Recorded) -> Iterator[str]:
         MOVERS: "mover_work",
         MEMORIES: "component_memory",
         READINGS: "readings",
+        POLICIES: "policy_memory",
         SEVERAL: "point_speed_max",
         RADII: "kept_radius",
         WATCHES: "watch_value",
@@ -151,6 +153,8 @@ def _shape_faults(trace: Recorded) -> Iterator[str]:
         wanted |= dict.fromkeys(("memory", "memory_unit", "memory_truth"), (("memory",), "OUST"))
     if channels[READINGS]:
         wanted["reading"] = wanted["reading_unit"] = ("reading",), "OUST"
+    if channels[POLICIES]:
+        wanted["policy_value"] = wanted["policy_unit"] = ("policy_value",), "OUST"
     if channels[MOVERS]:
         wanted["mover"] = ("mover",), "OUST"
     if channels[LIDAR]:

@@ -414,6 +414,9 @@ def _coordinates(sizes: Mapping[str, int], labels: Mapping[str, Any]) -> dict[Ha
     if labels.get("readings"):
         found["reading"] = names("reading", "readings", "what sensors show and keep of their own")
         found["reading_unit"] = names("reading", "reading_units", "its unit")
+    if labels.get("policy_values"):
+        found["policy_value"] = names("policy_value", "policy_values", "body, policy and what it keeps")
+        found["policy_unit"] = names("policy_value", "policy_units", "its unit")
     if labels.get("movers"):
         found["mover"] = names("mover", "movers", "name of the body that a force drives")
     if sizes.get(TRUTH):

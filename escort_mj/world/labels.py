@@ -11,6 +11,7 @@ import mujoco
 import numpy as np
 
 from escort_mj.behaviors import AvoidObstacles, Headed
+from escort_mj.components.movers import kept_by
 from escort_mj.control.setup import Setup
 from escort_mj.native.levels import level
 from escort_mj.native.shipped import numba_version
@@ -42,6 +43,12 @@ def labels_of(scenario: Scenario, world: World) -> dict[str, Any]:
     obstacles = [body.name for body in world.mission.obstacles]
     setup, memories = world.setup, world.setup.memory
     readings = readings_of(setup.sensing.own, setup.axes)
+    movers = ["target" if mover.obstacle < 0 else obstacles[mover.obstacle] for mover in setup.movers]
+    kept = {
+        f"{name}.{mover.policy.policy}.{value}": unit
+        for name, mover, values in zip(movers, setup.movers, kept_by(setup), strict=True)
+        for value, unit in values.items()
+    }
     (neighbors, spacing), lidar = setup.edges, setup.sensing.lidar
     edge_team = setup.members[neighbors[:, 0]]
     avoid = next((b for b in setup.behaviors if isinstance(b, AvoidObstacles)), None)
@@ -71,7 +78,9 @@ def labels_of(scenario: Scenario, world: World) -> dict[str, Any]:
         "memory_truths": [memory.truth for memory in memories.values()],
         "readings": [*readings],
         "reading_units": [*readings.values()],
-        "movers": ["target" if mover.obstacle < 0 else obstacles[mover.obstacle] for mover in setup.movers],
+        "policy_values": [*kept],
+        "policy_units": [*kept.values()],
+        "movers": movers,
         "attributes": {
             "title": scenario.name,
             "description": scenario.description,

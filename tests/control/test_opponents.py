@@ -210,7 +210,7 @@ def test_an_opponent_is_not_asked_before_its_start_and_holds_its_place() -> None
     kernel, q = Kernel(setup), np.array([[3.0, 0.0], [0.0, 3.0]])
     kernel.state.mover_position[:] = [[-9.0, 6.0]]  # pushed away
     state = kernel.evaluate(0.0, q, np.zeros((2, 2)))
-    assert np.allclose(state.mover_wish, [[0.0, -1.5]]) and not state.mover_memory.any()
+    assert np.allclose(state.mover_wish, [[0.0, -1.5]]) and not state.policy_memory.any()
     state = kernel.evaluate(1.0, q, np.zeros((2, 2)))
     assert state.mover_acts[0] == 0.0 and np.linalg.norm(state.mover_wish) == pytest.approx(1.5)
     kernel.state.mover_position[:] = [[-9.0, 0.0]]

@@ -6,7 +6,7 @@ import pytest
 from escort_mj.api import load_scenario
 from escort_mj.environments.rivals import RivalReward
 from escort_mj.environments.simulation import Simulation
-from escort_mj.policies.policy import policy_view
+from escort_mj.policies.body import policy_view
 from tests.oracle.policies import perceived
 
 
@@ -19,7 +19,7 @@ def test_machine_code_and_numpy_perceive_the_same(name: str) -> None:
     simulation.reset(seed=2)
     rivals, state, setup = simulation.rivals, simulation.plant.state, simulation.world.setup
     assert rivals is not None
-    view = policy_view(*simulation.plant.addresses, setup.axes)
+    view = policy_view(state)
     places = [j for team in setup.teams for j in team.targets]
     before, chosen = np.zeros(rivals.count), set()
     for _ in range(20):

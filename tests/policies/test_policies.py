@@ -3,6 +3,7 @@
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -13,10 +14,10 @@ from escort_mj.components.setup import Mover
 from escort_mj.conformance.checking import check_plugin
 from escort_mj.memory.layout import unpack_plan
 from escort_mj.policies import POLICIES, Policy
+from escort_mj.policies.body import policy_view
 from escort_mj.policies.burst import Burst
 from escort_mj.policies.flee import Flee
 from escort_mj.policies.learned import Learned, inputs
-from escort_mj.policies.policy import policy_view
 from escort_mj.scenario.mission import Mission
 from tests.control.twins import Kernel
 from tests.oracle.policies import freest, possible_directions, velocity
@@ -50,14 +51,15 @@ def test_both_forms_want_the_same(kind: type[Policy], axes: int) -> None:
     policy, (obstacle, target) = quick(kind, axes), setup.movers
     kernel = Kernel(replace(setup, movers=(Mover(*obstacle[:5], policy), target)))
     state, memory = kernel.state, np.zeros((2, 8))
-    policy_seen = policy_view(kernel.packed.ctypes.data, kernel.memory.ctypes.data, axes)
-    seen_own = policy_seen._replace(mover_memory=memory, mover_wish=np.zeros((2, axes)))
+    seen_own = SimpleNamespace(**policy_view(state)._asdict())
+    seen_own.mover_memory, seen_own.mover_wish = memory, np.zeros((2, axes))
     for step in range(STEPS):
         state.mover_position[:] = random.normal(scale=3.0, size=(2, axes))
         kernel.evaluate(step * setup.timestep, random.normal(scale=3.0, size=(5, axes)), np.zeros((5, axes)))
         assert velocity(policy, seen_own, 0) == state.mover_acts[0]
         assert np.abs(seen_own.mover_wish[0] - state.mover_wish[0]).max() < 1e-10
-        assert np.abs(memory - state.mover_memory).max() < 1e-10
+        kept = state.policy_memory
+        assert np.abs(memory[0, : len(kept)] - kept).max(initial=0.0) < 1e-10
     assert np.linalg.norm(state.mover_wish[0]) <= 1.5 + 1e-12
     assert not unpack_plan(kernel.packed.ctypes.data, axes).mover_policy[1] >= 0
 
@@ -163,7 +165,7 @@ def test_a_body_with_a_policy_is_light_unless_it_has_a_mass() -> None:
 
 PLUGIN = """
 from typing import Literal
-from escort_mj.plugins import ACTS, Policy
+from escort_mj.plugins import Policy, unit_axis
 
 
 class East(Policy):
@@ -171,10 +173,8 @@ class East(Policy):
 
     policy: Literal["east"] = "east"
 
-    def velocity(self, view, body):
-        view.mover_wish[body] = 0.0
-        view.mover_wish[body, 0] = WISH
-        return ACTS
+    def velocity(self, r):
+        return WISH * unit_axis(r.q, 0)
 """
 
 
@@ -202,8 +202,8 @@ def test_a_plugin_has_a_policy_for_opponents_and_targets_of_teams(tmp_path: Path
 
 
 def test_a_plugin_whose_policy_fails_says_where(tmp_path: Path) -> None:
-    found = flown(tmp_path, "1 // int(view.time[0] < 0.1)")
-    assert found.outcome.value == "failed" and "east.py:13: ZeroDivisionError" in found.message
+    found = flown(tmp_path, "1 // int(r.time < 0.1)")
+    assert found.outcome.value == "failed" and "east.py:12: ZeroDivisionError" in found.message
 
 
 def test_nobody_in_sight_is_no_alarm() -> None:

@@ -37,6 +37,7 @@ from escort_mj.native.memory import Layout, layout_with
 from escort_mj.native.on_demand import CLASSES
 from escort_mj.native.vectors import Vec
 from escort_mj.plugin_calls import place_of, step
+from escort_mj.policies.policy import Policy, deciding_by
 from escort_mj.radios.radio import Radio, answering_by
 from escort_mj.rules import Rule
 from escort_mj.rules.rule import comparing_by
@@ -184,6 +185,8 @@ def evaluating(
     """
     if issubclass(model, Behavior):
         return asking_by(model, equations)
+    if issubclass(model, Policy):
+        return deciding_by(model, made, equations)
     if issubclass(model, Radio):
         return answering_by(model, made, equations)
     if issubclass(model, Disturbance):
@@ -266,6 +269,9 @@ def _in_python(own: Any, view: Any) -> Callable[..., Any]:
     if isinstance(own, Behavior):
         tasks = {name: _returning_tasks(name, function) for name, function in model.equations().items()}
         return partial(_with_any_lanes, evaluating(model, lambda function: function, tasks), own, view)
+    if isinstance(own, Policy):
+        decides = {name: _returning_as(own, name, function) for name, function in model.equations().items()}
+        return partial(evaluating(model, lambda function: function, decides), own, view)
     if isinstance(own, Disturbance):
         vectors = {name: _returning_vectors(name, function) for name, function in model.equations().items()}
         return partial(_with_any_lanes, evaluating(model, lambda function: function, vectors), own, view)
@@ -299,6 +305,13 @@ def _returning_vectors(name: str, function: Callable[..., Any]) -> Callable[...,
         return found
 
     return evaluate
+
+
+def _returning_as(own: Policy, name: str, function: Callable[..., Any]) -> Callable[..., Any]:
+    """Return an equation of a policy, whose answer is a vector or a number by what it is asked."""
+    memory = own.memories().get(name.removesuffix(own.moves))
+    is_vector = name == own.method if memory is None else memory.vector
+    return (_returning_vectors if is_vector else _returning)(name, function)
 
 
 def _returning_tasks(name: str, function: Callable[..., Any]) -> Callable[..., Any]:

@@ -171,9 +171,9 @@ def _called(name: str) -> Callable[[Any, Any, Any, Any], Any]:
 
 
 def multiply_add(builder: Any, x: Any, y: Any, z: Any) -> Any:
-    """X y + z, rounded once where the processor can."""
-    kind = ir.FunctionType(LANES, [LANES] * 3)
-    function = cgutils.get_or_insert_function(builder.module, kind, f"llvm.fmuladd.v{WIDTH}f64")
+    """X y + z of lanes or of numbers, rounded once where the processor can."""
+    kind, of = ir.FunctionType(x.type, [x.type] * 3), f"v{WIDTH}f64" if x.type == LANES else "f64"
+    function = cgutils.get_or_insert_function(builder.module, kind, f"llvm.fmuladd.{of}")
     return builder.call(function, [x, y, z])
 
 

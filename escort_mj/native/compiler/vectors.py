@@ -46,17 +46,27 @@ WOVEN = (2, 3)  # numbers of axes whose rows are read and written all at once
 
 
 class VecType(types.Type):
-    """Type of vectors in kernels, of so many axes; None where only the vector itself knows."""
+    """Type of vectors in kernels, of so many axes; None where only the vector itself knows.
 
-    def __init__(self, axes: int | None) -> None:
-        self.axes, self.room = axes, axes or MOST_AXES
-        super().__init__(name=f"Vec({axes})")
+    Args:
+        axes: How many.
+        of: What components are: lanes, or numbers.
+    """
+
+    def __init__(self, axes: int | None, of: types.Type = lanes) -> None:
+        self.axes, self.room, self.of = axes, axes or MOST_AXES, of
+        self.item = LANES if of == lanes else ir.DoubleType()
+        super().__init__(name=f"Vec({axes}, {of.name})")
+
+    def wide(self, builder: Any, number: Any) -> Any:
+        """Return a number as a component."""
+        return spread(builder, number, LANES) if self.of == lanes else number
 
 
 @register_model(VecType)
 class _VecModel(models.StructModel):
     def __init__(self, manager: Any, kind: VecType) -> None:
-        parts = [(f"x{k}", lanes) for k in range(kind.room)]
+        parts = [(f"x{k}", kind.of) for k in range(kind.room)]
         super().__init__(manager, kind, [*parts, ("axes", types.intp)])
 
 
@@ -108,15 +118,16 @@ def _scaled(function: Any, vector: int, generate: Callable[..., Any]) -> None:
         def generic(self, arguments: Any, keywords: Any) -> Any:
             if len(arguments) != 2 or not isinstance(arguments[vector], VecType):
                 return None
-            number = types.float64 if isinstance(arguments[1 - vector], types.Number) else lanes
-            if number == lanes and arguments[1 - vector] != lanes:
+            number, kind = arguments[1 - vector], arguments[vector]
+            number = types.float64 if isinstance(number, types.Number) else number
+            if number not in (types.float64, kind.of):
                 return None
-            kinds = (arguments[vector], number)
+            kinds = (kind, number)
             return signature(kinds[0], *(kinds if vector == 0 else kinds[::-1]))
 
     def lower(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
         kind, value = sig.return_type, arguments[vector]
-        number = spread(builder, arguments[1 - vector], LANES)
+        number = kind.wide(builder, arguments[1 - vector])
         found = [generate(builder, x, number) for x in _parts(builder, kind, value)]
         return _packed(context, builder, kind, found, _axes(builder, kind, value))
 
@@ -153,7 +164,7 @@ class _Component(AbstractTemplate):
             return None
         if vector.axes and not -vector.axes <= axis < vector.axes:
             raise TypingError(f"there is no axis {axis} of {vector.axes}")
-        return signature(lanes, *arguments)
+        return signature(vector.of, *arguments)
 
 
 @lower_builtin("static_getitem", VecType, types.Literal)
@@ -162,15 +173,27 @@ def _component(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
     axis = arguments[1] if isinstance(arguments[1], int) else sig.args[1].literal_value
     if axis >= 0 or kind.axes:
         return builder.extract_value(value, axis % kind.room)
-    found, last = ir.Constant(LANES, None), _axes(builder, kind, value)
+    found, last = ir.Constant(kind.item, None), _axes(builder, kind, value)
     for k, part in enumerate(_parts(builder, kind, value)):
         found = builder.select(builder.icmp_signed("==", last, last.type(k - axis)), part, found)
     return found
 
 
+@infer_global(len)
+class _Axes(AbstractTemplate):
+    def generic(self, arguments: Any, keywords: Any) -> Any:
+        (kind,) = arguments
+        return signature(types.intp, kind) if isinstance(kind, VecType) else None
+
+
+@lower_builtin(len, VecType)
+def _count_axes(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
+    return _axes(builder, sig.args[0], arguments[0])
+
+
 @instructions_of(names.dot)
 def _dot(context: Any, x: Any, y: Any) -> Any:
-    if not (isinstance(x, VecType) and isinstance(y, VecType)):
+    if not (isinstance(x, VecType) and isinstance(y, VecType) and x.of == y.of):
         return None
 
     def generate(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
@@ -180,24 +203,30 @@ def _dot(context: Any, x: Any, y: Any) -> Any:
             found = multiply_add(builder, a, b, found)
         return found
 
-    return lanes(x, y), generate
+    return x.of(x, y), generate
 
 
 @instructions_of(names.where)
 def _where(context: Any, condition: Any, yes: Any, no: Any) -> Any:
-    kind = next((side for side in (yes, no) if isinstance(side, VecType)), lanes)
+    single = types.float64 if condition == types.boolean else lanes
+    kind = next((side for side in (yes, no) if isinstance(side, VecType)), single)
+    if kind == types.float64 and not all(isinstance(side, types.Number) for side in (yes, no)):
+        return None
 
     def generate(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
         mask, *sides = arguments
         if kind == lanes:
             return builder.select(mask, *(spread(builder, side, LANES) for side in sides))
+        if kind == types.float64:
+            sides = [context.cast(builder, *pair, kind) for pair in zip(sides, (yes, no), strict=True)]
+            return builder.select(mask, *sides)
         columns, axes = [], None
         for side, value in zip((yes, no), sides, strict=True):
             if isinstance(side, VecType):
                 columns.append(_parts(builder, kind, value))
                 axes = axes or _axes(builder, kind, value)
             else:
-                columns.append([spread(builder, value, LANES)] * kind.room)
+                columns.append([kind.wide(builder, value)] * kind.room)
         found = [builder.select(mask, *pair) for pair in zip(*columns, strict=True)]
         return _packed(context, builder, kind, found, axes)
 
@@ -208,7 +237,7 @@ def _where(context: Any, condition: Any, yes: Any, no: Any) -> Any:
 def _quarter_turn(context: Any, x: Any) -> Any:
     def generate(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
         first, second, *others = _parts(builder, x, arguments[0])
-        found = [builder.fneg(second), first, *(ir.Constant(LANES, None) for _ in others)]
+        found = [builder.fneg(second), first, *(ir.Constant(x.item, None) for _ in others)]
         return _packed(context, builder, x, found, _axes(builder, x, arguments[0]))
 
     return x(x), generate
@@ -227,7 +256,7 @@ def _turned(context: Any, x: Any, first: Any) -> Any:
 
 
 def _turned_from(builder: Any, parts: list[Any], axes: Any, begin: int) -> list[Any]:
-    nothing = ir.Constant(LANES, None)
+    nothing = ir.Constant(parts[0].type, None)
     found = [nothing] * len(parts)
     for k in range(begin, len(parts) - 1, 2):
         whole = builder.icmp_signed("<", axes.type(k + 1), axes)
@@ -239,7 +268,8 @@ def _turned_from(builder: Any, parts: list[Any], axes: Any, begin: int) -> list[
 @instructions_of(names.unit_axis)
 def _unit_axis(context: Any, x: Any, axis: Any) -> Any:
     def generate(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
-        axes, zero, one = _axes(builder, x, arguments[0]), LANES(None), LANES([1.0] * WIDTH)
+        axes, zero = _axes(builder, x, arguments[0]), ir.Constant(x.item, None)
+        one = x.wide(builder, ir.DoubleType()(1.0))
         wanted = context.cast(builder, arguments[1], sig.args[1], types.intp)
         wanted = builder.select(
             builder.icmp_signed("<", wanted, wanted.type(0)), builder.add(wanted, axes), wanted
@@ -248,6 +278,20 @@ def _unit_axis(context: Any, x: Any, axis: Any) -> Any:
         return _packed(context, builder, x, [builder.select(each, one, zero) for each in chosen], axes)
 
     return x(x, axis), generate
+
+
+@instructions_of(names.of_numbers)
+def _of_numbers(context: Any, x: Any, first: Any, second: Any, third: Any) -> Any:
+    if not isinstance(x, VecType) or x.of != types.float64:
+        return None
+
+    def generate(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
+        vector, *numbers = arguments
+        axes, zero = _axes(builder, x, vector), ir.Constant(x.item, None)
+        found = (numbers + [zero] * x.room)[: x.room]
+        return _packed(context, builder, x, found, axes)
+
+    return x(x, *[types.float64] * 3), generate
 
 
 def _cast(context: Any, builder: Any, kind: Any, value: Any) -> Any:
@@ -310,6 +354,44 @@ def _one_row(context: Any, state: Any, vector: Any) -> Any:
 
     kind, generate = _read(state, None, part)  # type: ignore[arg-type]
     return kind(state, vector), generate
+
+
+@instructions_of(names.numbers_from)
+def _numbers_from(context: Any, state: Any, array: Any, at: Any) -> Any:
+    kind, word = VecType(state.axes, types.float64), ir.IntType(64)
+
+    def generate(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
+        data = make_array(array)(context, builder, arguments[1]).data
+        first, axes = (
+            _cast(context, builder, at, arguments[2]),
+            number_of_axes(context, builder, state, arguments[0]),
+        )
+        found = []
+        for k in range(kind.room):
+            there = builder.icmp_signed("<", word(k), axes)
+            place = builder.add(first, builder.select(there, word(k), word(0)))
+            number = builder.load(builder.gep(data, [place]))
+            found.append(builder.select(there, number, ir.Constant(kind.item, None)))
+        return _packed(context, builder, kind, found, axes)
+
+    return kind(state, array, at), generate
+
+
+@instructions_of(names.set_numbers)
+def _set_numbers(context: Any, array: Any, at: Any, x: Any) -> Any:
+    if not isinstance(x, VecType) or x.of != types.float64:
+        return None
+
+    def generate(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
+        data = make_array(array)(context, builder, arguments[0]).data
+        first, word = _cast(context, builder, at, arguments[1]), ir.IntType(64)
+        axes = _axes(builder, x, arguments[2])
+        for k, part in enumerate(_parts(builder, x, arguments[2])):
+            with builder.if_then(builder.icmp_signed("<", word(k), axes)):
+                builder.store(part, builder.gep(data, [builder.add(first, word(k))]))
+        return context.get_dummy_value()
+
+    return types.void(array, at, x), generate
 
 
 @instructions_of(names.rows_from)

@@ -34,7 +34,7 @@ NAME = re.compile(r"[a-z][a-z0-9_]{0,39}\Z")
 COMPONENTS: dict[type[Component], tuple[str, list[str]]] = {
     Law: ("law", ["self", "r"]),
     Behavior: ("behavior", ["self", "r"]),
-    Policy: ("policy", ["self", "view", "body"]),
+    Policy: ("policy", ["self", "r"]),
     Estimator: ("estimator", ["self", "view", "robot"]),
     Radio: ("radio", ["self", "r"]),
     Disturbance: ("disturbance", ["self", "r"]),
@@ -184,11 +184,14 @@ def _check_equations(model: type[Equations], place: str) -> None:
     if getattr(model, model.method) is getattr(base, model.method):
         raise PluginError(f"{place}: has no {model.method}(self, r){did_you_mean(model.method, own)}")
     for memory in model.memories():
-        unit, meaning, truth = getattr(model, memory)
+        unit, meaning, truth, is_vector = getattr(model, memory)
         if not all(isinstance(part, str) and part.strip() for part in (unit, meaning)):
             found = f"{memory} = {getattr(model, memory)!r:.80}{_line_of(model, memory)}"
             words = 'its unit and its meaning in words, as in Memory("N", "disturbance")'
             raise PluginError(f"{place}: found {found}; expected {words}")
+        if is_vector and not issubclass(model, Policy):
+            words = f"policies alone say so: what {kind_of(model)}s keep has one shape"
+            raise PluginError(f"{place}: found vector = True of {memory}{_line_of(model, memory)}; {words}")
         if truth != "" and truth not in (shown := estimable(unit)):
             words = f"a signal of each robot and axis in {unit}: {listed(shown)}"
             near = did_you_mean(truth, shown) if isinstance(truth, str) else ""
