@@ -1,5 +1,7 @@
 """What plugins are made of (docs/plugins.md): base classes, and what their methods see and return."""
 
+from typing import Any
+
 from escort_mj.behaviors.behavior import Avoidance, Behavior
 from escort_mj.behaviors.robots import Robots
 from escort_mj.behaviors.task import Inequality, Task, across, at_least, both, keep, keep_distance, move, only
@@ -22,6 +24,9 @@ from escort_mj.radios import Radio
 from escort_mj.robots import RobotKind
 from escort_mj.rules import Rule
 from escort_mj.sensors import Sensor
+
+_GONE = {"PolicyView": "Body", "ACTS": "acts(self, r)", "RESTS": "acts(self, r)"}
+"""What old plugins import, and what stands in its place."""
 
 __all__ = [
     "BEARING",
@@ -67,3 +72,9 @@ __all__ = [
     "unit_axis",
     "where",
 ]
+
+
+def __getattr__(name: str) -> Any:
+    if name in _GONE:
+        raise ImportError(f"{name} is gone; what it was for, {_GONE[name]} does (docs/plugins.md)")
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -150,9 +150,10 @@ def numbers_at(state: Any, matrix: Array, i: int) -> Vec:
     return numbers_from(state, matrix, i * state.q.shape[1])
 
 
-def set_numbers(array: Array, at: int, x: Vec) -> None:
-    """Write a vector of numbers in a row from a place on, as if the array were flat."""
-    flat(array)[at : at + len(x)] = x.parts
+def set_numbers(array: Array, at: int, x: Any) -> None:
+    """Write a vector of numbers, or one number, in a row from a place on, as if the array were flat."""
+    numbers = x.parts if isinstance(x, Vec) else (x,)
+    flat(array)[at : at + len(numbers)] = numbers
 
 
 def rows_from(state: Any, matrix: Array, rows: Lanes) -> Vec:

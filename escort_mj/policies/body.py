@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Annotated, Any, NamedTuple
 
 from escort_mj.native.fields import Array
+from escort_mj.native.kernels import inlined
 from escort_mj.native.memory import layout_with, narrower
 from escort_mj.native.values import maker_of, names_of, unknown
 from escort_mj.native.vectors import Vec, dot, numbers_at, numbers_from, of_numbers
@@ -144,26 +145,22 @@ class Body:
 body_at = maker_of(Body)
 
 
-def kept_number(numbers: int, vectors: int) -> property:
-    """Return a property that reads a number that a policy keeps, behind so many numbers and vectors."""
-
-    def read(body: Any) -> float:
-        seen = body.seen
-        at = int(seen.mover_first[body.b]) + numbers + vectors * seen.q.shape[1]
-        return seen.policy_memory[at]
-
-    return property(read)
+@inlined
+def place_of(seen: PolicyView, b: int, numbers: int, vectors: int) -> int:
+    """Return where something lies that the policy of a body keeps, behind so many numbers and vectors."""
+    return int(seen.mover_first[b]) + numbers + vectors * seen.q.shape[1]
 
 
-def kept_vector(numbers: int, vectors: int) -> property:
-    """Return a property that reads a vector likewise."""
+def kept(is_vector: bool, numbers: int, vectors: int) -> property:
+    """Return a property that reads what a policy keeps behind so many numbers and vectors."""
 
-    def read(body: Any) -> Vec:
-        seen = body.seen
-        at = int(seen.mover_first[body.b]) + numbers + vectors * seen.q.shape[1]
-        return numbers_from(seen, seen.policy_memory, at)
+    def number(body: Any) -> float:
+        return body.seen.policy_memory[place_of(body.seen, body.b, numbers, vectors)]
 
-    return property(read)
+    def vector(body: Any) -> Vec:
+        return numbers_from(body.seen, body.seen.policy_memory, place_of(body.seen, body.b, numbers, vectors))
+
+    return property(vector if is_vector else number)
 
 
 @narrower(PolicyView)

@@ -1,11 +1,11 @@
 """Follow: behind another body, as a trailer."""
 
 from collections.abc import Sequence
-from typing import Annotated, Any, ClassVar, Literal, Self
+from typing import Annotated, ClassVar, Literal, Self
 
 from pydantic import Field, PositiveFloat, PrivateAttr
 
-from escort_mj.components.component import Component
+from escort_mj.components.component import Component, Derived
 from escort_mj.native.vectors import Vec, dot, norm
 from escort_mj.policies.body import Body
 from escort_mj.policies.directions import NEAR
@@ -29,18 +29,12 @@ class Follow(Policy):
     """Distance to keep between centers [m]."""
     gain: PositiveFloat = 2.0
     """Gain of the deviation from `distance` [1/s]."""
-    _place: int = PrivateAttr(default=0)  # of the leader: robots come first, then the target, then obstacles
+    _place: int = PrivateAttr(default=0)
 
-    @classmethod
-    def numbers(cls) -> dict[str, type]:
-        """Return what kernels read: also which body the leader is."""
-        return super().numbers() | {"place": int}
-
-    def packed(self, setup: Any = None) -> dict[str, float]:
-        """Return its parameters as numbers."""
-        return {
-            "speed": self.speed, "distance": self.distance, "gain": self.gain, "place": float(self._place),
-        }  # fmt: skip
+    @Derived
+    def place(self) -> float:
+        """Return which body the leader is: robots come first, then the target, then obstacles."""
+        return self._place
 
     def among(self, bodies: Sequence[str]) -> Self:
         """Return it in a mission with bodies of these names."""
@@ -51,11 +45,11 @@ class Follow(Policy):
     def velocity(self, r: Body) -> Vec:
         """Return the velocity along the line to the leader."""
         place, pace = r.target, r.target_velocity
-        if self.place < r.robots:
-            place, pace = r.robot(int(self.place)), r.robot_velocity(int(self.place))
-        elif self.place > r.robots:
-            j = int(self.place) - r.robots - 1
-            place, pace = r.obstacle(j), r.obstacle_velocity(j)
+        leader = int(self.place)
+        if leader < r.robots:
+            place, pace = r.robot(leader), r.robot_velocity(leader)
+        elif leader > r.robots:
+            place, pace = r.obstacle(leader - r.robots - 1), r.obstacle_velocity(leader - r.robots - 1)
         way = place - r.q
         far = norm(way)
         rate = dot(way, pace) / max(far, NEAR) + self.gain * (far - self.distance)

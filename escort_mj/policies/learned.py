@@ -96,7 +96,7 @@ class Learned(Policy):
         """Return the time of the next evaluation."""
         return r.time + self.interval if r.time >= r.until - EARLY else r.until
 
-    def share_next(self, r: Body) -> Vec:
+    def share_next(self: Any, r: Body) -> Vec:
         """Return what the network answers, cut off at the length 1."""
         if r.time < r.until - EARLY:
             return r.share

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 from typing import Annotated, Any, ClassVar, Self
 
@@ -11,7 +11,7 @@ from pydantic import Field
 from escort_mj.components.equations import Equations
 from escort_mj.native.values import maker_of, names_of, with_own
 from escort_mj.native.vectors import Vec, set_numbers
-from escort_mj.policies.body import Body, PolicyView, kept_number, kept_vector
+from escort_mj.policies.body import Body, PolicyView, kept, place_of
 
 RESTS, ACTS = 0, 1
 """Whether a policy acts on its purpose at the moment."""
@@ -59,21 +59,16 @@ class Policy(Equations):
         return self
 
     @classmethod
-    def places(cls) -> Iterator[tuple[str, bool, int, int]]:
-        """Yield what it keeps: the name, whether a vector, and behind how many numbers and vectors it is."""
-        numbers = vectors = 0
-        for name, memory in cls.memories().items():
-            yield name, memory.vector, numbers, vectors
-            numbers, vectors = numbers + (not memory.vector), vectors + memory.vector
+    def places(cls) -> dict[str, tuple[int, int]]:
+        """Return behind how many numbers and vectors each of those is that it keeps, by name."""
+        vectors = [memory.vector for memory in cls.memories().values()]
+        return {name: (vectors[:k].count(False), sum(vectors[:k])) for k, name in enumerate(cls.memories())}
 
     @classmethod
     def body(cls) -> type[Body]:
         """Return what its equations are handed: a body that has by name what the policy keeps."""
-        own = {
-            name: (kept_vector if is_vector else kept_number)(*place)
-            for name, is_vector, *place in cls.places()
-        }
-        return with_own(Body, own)
+        kinds = {name: memory.vector for name, memory in cls.memories().items()}
+        return with_own(Body, {name: kept(kinds[name], *place) for name, place in cls.places().items()})
 
 
 @cache
@@ -98,28 +93,23 @@ def deciding_by(policy: type[Policy], made: Callable[[Call], Call], equations: M
     def nothing(parameters: Any, view: Any, body: int) -> None:
         return
 
-    def after(before: Call, following: Call, is_vector: bool, numbers: int, vectors: int) -> Call:
+    def after(before: Call, following: Call, numbers: int, vectors: int) -> Call:
         def write(parameters: Any, view: Any, body: int) -> None:
             before(parameters, view, body)
-            at = int(view.mover_first[body]) + numbers + vectors * view.q.shape[1]
-            view.policy_memory_next[at] = following(parameters, body_at(body, view))
+            found = following(parameters, body_at(body, view))
+            set_numbers(view.policy_memory_next, place_of(view, body, numbers, vectors), found)
 
-        def write_vector(parameters: Any, view: Any, body: int) -> None:
-            before(parameters, view, body)
-            at = int(view.mover_first[body]) + numbers + vectors * view.q.shape[1]
-            set_numbers(view.policy_memory_next, at, following(parameters, body_at(body, view)))
+        return made(write)
 
-        return made(write_vector if is_vector else write)
-
-    move, all_numbers, all_vectors = made(nothing), 0, 0
-    for name, is_vector, numbers, vectors in policy.places():
-        move = after(move, equations[name + policy.moves], is_vector, numbers, vectors)
-        all_numbers, all_vectors = numbers + (not is_vector), vectors + is_vector
+    move, places = made(nothing), policy.places()
+    for name, (numbers, vectors) in places.items():
+        move = after(move, equations[name + policy.moves], numbers, vectors)
+    all_vectors = sum(each.vector for each in policy.memories().values())
+    all_numbers = len(places) - all_vectors
 
     def decide(parameters: Any, view: Any, body: int) -> int:
         move(parameters, view, body)
-        first = int(view.mover_first[body])
-        for at in range(first, first + all_numbers + all_vectors * view.q.shape[1]):
+        for at in range(place_of(view, body, 0, 0), place_of(view, body, all_numbers, all_vectors)):
             view.policy_memory[at] = view.policy_memory_next[at]
         r = body_at(body, view)
         set_numbers(view.mover_wish, body * view.q.shape[1], velocity(parameters, r))

@@ -362,11 +362,8 @@ def _numbers_from(context: Any, state: Any, array: Any, at: Any) -> Any:
 
     def generate(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
         data = make_array(array)(context, builder, arguments[1]).data
-        first, axes = (
-            _cast(context, builder, at, arguments[2]),
-            number_of_axes(context, builder, state, arguments[0]),
-        )
-        found = []
+        first, found = _cast(context, builder, at, arguments[2]), []
+        axes = number_of_axes(context, builder, state, arguments[0])
         for k in range(kind.room):
             there = builder.icmp_signed("<", word(k), axes)
             place = builder.add(first, builder.select(there, word(k), word(0)))
@@ -379,12 +376,16 @@ def _numbers_from(context: Any, state: Any, array: Any, at: Any) -> Any:
 
 @instructions_of(names.set_numbers)
 def _set_numbers(context: Any, array: Any, at: Any, x: Any) -> Any:
-    if not isinstance(x, VecType) or x.of != types.float64:
+    kind = types.float64 if isinstance(x, types.Number | types.Boolean) else x
+    if kind != types.float64 and not (isinstance(x, VecType) and x.of == types.float64):
         return None
 
     def generate(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
         data = make_array(array)(context, builder, arguments[0]).data
         first, word = _cast(context, builder, at, arguments[1]), ir.IntType(64)
+        if kind == types.float64:
+            builder.store(context.cast(builder, arguments[2], x, kind), builder.gep(data, [first]))
+            return context.get_dummy_value()
         axes = _axes(builder, x, arguments[2])
         for k, part in enumerate(_parts(builder, x, arguments[2])):
             with builder.if_then(builder.icmp_signed("<", word(k), axes)):

@@ -76,10 +76,10 @@ PLOTS: tuple[Plot, ...] = (
     ),
     Plot(
         "memory",
-        "what components integrate of their own",
+        "what components keep of their own",
         memory.memory_height,
         memory.memory,
-        lambda trace: "component_memory" in trace,
+        lambda trace: "component_memory" in trace or "policy_memory" in trace,
     ),
     Plot(
         "knowledge",

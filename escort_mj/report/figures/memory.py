@@ -1,4 +1,4 @@
-"""The figure of what components integrate of their own, beside the truth that it estimates."""
+"""The figure of what components keep of their own, beside the truth that it estimates."""
 
 from __future__ import annotations
 
@@ -24,16 +24,16 @@ MOST_ROWS = 8
 
 def memory_height(trace: Recorded, width: float) -> float:
     """Height of the figure [inches]."""
-    return 1.1 + 1.9 * min(trace.sizes["memory"], MOST_ROWS)
+    return 1.1 + 1.9 * min(len(_integrated(trace)) + len(_kept(trace)), MOST_ROWS)
 
 
 def memory(figure: Figure, trace: Recorded) -> None:
-    """One row of panels for each number, one panel for each axis: of all robots, beside the truth."""
+    """One row of panels for each number of robots, one panel for each axis; one panel for each of bodies."""
     time, count = trace["time"].values, trace.sizes["robot"]
-    colors = palette.robot_colors(count)
-    names = [str(name) for name in trace["memory"].values[:MOST_ROWS]]
-    axes = min(trace.sizes["axis"], MOST_AXES)
-    grid = figure.subplots(len(names), axes, sharex=True, sharey="row", squeeze=False)
+    colors, names, kept = palette.robot_colors(count), _integrated(trace), _kept(trace)
+    axes = min(trace.sizes["axis"], MOST_AXES) if names else 1
+    rows = min(len(names) + len(kept), MOST_ROWS)
+    grid = figure.subplots(rows, axes, sharex=True, sharey="row", squeeze=False)
     compared = False
     for row, name in enumerate(names):
         own = trace["component_memory"].values[:, row]
@@ -46,12 +46,31 @@ def memory(figure: Figure, trace: Recorded) -> None:
                 _behind(panel, time, trace[true].values[..., k], colors)
             panel.set_title(f"{name}, {trace['axis'].values[k]}")
         grid[row, 0].set_ylabel(str(trace["memory_unit"].values[row]))
+    for panels, (name, column) in zip(grid[len(names) :], kept.items(), strict=False):
+        panels[0].plot(*thin(time, trace["policy_memory"].values[:, column]), color=palette.LIMIT)
+        panels[0].set_title(name)
+        panels[0].set_ylabel(str(trace["policy_unit"].values[column]))
+        for panel in panels[1:]:
+            panel.set_axis_off()
     timeline(grid.ravel(), time)
     for panel in grid[-1]:
         panel.set_xlabel("time [s]")
     pale: Any = Line2D([], [], color="#777777", **BEHIND)
     keys: list[Key] = [("what it estimates", pale)] if compared else []
-    name_robots(figure, grid.ravel(), count, keys + curve_keys(count, ""))
+    if names:
+        name_robots(figure, grid.ravel(), count, keys + curve_keys(count, ""))
+
+
+def _integrated(trace: Recorded) -> list[str]:
+    """Return the names of what laws and disturbances integrate."""
+    return [str(name) for name in trace["memory"].values[:MOST_ROWS]] if "memory" in trace.sizes else []
+
+
+def _kept(trace: Recorded) -> dict[str, int]:
+    """Return where each number is that policies keep, by its name."""
+    if "policy_memory" not in trace:
+        return {}
+    return {str(name): column for column, name in enumerate(trace["policy_value"].values)}
 
 
 def _behind(panel: Axes, time: Array, values: Array, colors: list[palette.Color]) -> None:

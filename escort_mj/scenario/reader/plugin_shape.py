@@ -43,6 +43,11 @@ COMPONENTS: dict[type[Component], tuple[str, list[str]]] = {
     Rule: ("quantity", ["self", "r"]),
 }
 """Key of the name, and what the method is called with."""
+OLD: dict[type[Component], tuple[str, str]] = {
+    Behavior: ("wish", "which returns keep(...), across(...), move(...) or at_least(...)"),
+    Policy: ("velocity", "which returns a vector; acts(self, r) says whether it acts"),
+}
+"""Names of methods as they once were, and what is written in their place."""
 
 
 def check_shape(model: type[Any], source: str) -> None:
@@ -244,9 +249,11 @@ def _check_old(model: type[Component], place: str) -> None:
         if name in vars(model):
             raise PluginError(f"{place}: found {name} = {vars(model)[name]!r:.80}; it is not to be set")
     wanted = f"{model.method}({', '.join(_called(model)[1])})"
-    if issubclass(model, Behavior) and "wish" in vars(model):
-        words = f"{wanted}, which returns keep(...), across(...), move(...) or at_least(...)"
-        raise PluginError(f"{place}: found wish{_line(vars(model)['wish'])}; expected {words}")
+    for base, (name, returned) in OLD.items():
+        found = vars(model).get(name) if issubclass(model, base) else None
+        if found is not None and (name != model.method or "view" in inspect.signature(found).parameters):
+            words = f"expected {wanted}, {returned} (docs/plugins.md)"
+            raise PluginError(f"{place}: found {name} in its old form{_line(found)}; {words}")
     for name in (f"{model.method}_kernel", f"{model.method}_lanes"):
         if name in vars(model):
             words = f"{wanted} with the line  compiled: ClassVar[bool] = True"
