@@ -9,11 +9,10 @@ from escort_mj.components.equations import Memory
 from escort_mj.components.parameters import Vector
 from escort_mj.disturbances import Disturbance
 from escort_mj.disturbances.disturbance import Robots as TrueRobots
-from escort_mj.estimators import Estimator, EstimatorView
+from escort_mj.estimators import Belief, Estimator, Witness
 from escort_mj.expectations.expectation import Judgment
 from escort_mj.expectations.expectation import Windowed as Expectation
 from escort_mj.failures import Failure
-from escort_mj.knowledge.sight import BEARING, POSITION, RANGE, VELOCITY
 from escort_mj.laws.law import Law
 from escort_mj.metrics.measure import Measure
 from escort_mj.metrics.metric import metric
@@ -26,19 +25,17 @@ from escort_mj.rules import Rule
 from escort_mj.sensors import Sensor
 
 _GONE = {"PolicyView": "Body", "ACTS": "acts(self, r)", "RESTS": "acts(self, r)"}
+_GONE |= {"EstimatorView": "Witness", "BEARING": "r.bearing_variance", "POSITION": "r.position_variance"}
+_GONE |= {"RANGE": "r.range_variance", "VELOCITY": "r.velocity_variance"}
 """What old plugins import, and what stands in its place."""
 
 __all__ = [
-    "BEARING",
+    "Belief",
     "Body",
-    "POSITION",
-    "RANGE",
-    "VELOCITY",
     "Avoidance",
     "Behavior",
     "Disturbance",
     "Estimator",
-    "EstimatorView",
     "Expectation",
     "Failure",
     "Judgment",
@@ -64,6 +61,7 @@ __all__ = [
     "Values",
     "Vec",
     "Vector",
+    "Witness",
     "dot",
     "metric",
     "norm",

@@ -76,7 +76,7 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field
 
-from escort_mj.plugins import Estimator, EstimatorView
+from escort_mj.plugins import Belief, Estimator, Witness
 
 
 class AlphaBeta(Estimator):
@@ -91,23 +91,13 @@ class AlphaBeta(Estimator):
     beta: Annotated[float, Field(gt=0.0, le=1.0)] = 0.005
     """Share of the error, per time between two looks, by which it corrects the velocity [1]."""
 
-    def update(self, view: EstimatorView, robot: int) -> None:
-        """Correct the belief by what is seen, or take over what is heard and newer."""
-        heard, p = int(view.message[0]), view.q_measured.shape[1]
-        if heard >= 0:
-            if view.sent_fix[heard] > view.belief_fix[robot]:
-                view.belief[robot] = view.sent_belief[heard]
-                view.belief_time[robot] = view.sent_belief_time[heard]
-                view.belief_fix[robot] = view.sent_fix[heard]
-            return
-        place, speed = view.belief[robot, :p], view.belief[robot, p:]
-        elapsed = view.time[0] - view.belief_time[robot]
-        place += elapsed * speed
-        error = view.seen_position[robot] - place
-        place += self.alpha * error
-        if elapsed > 0.0:
-            speed += self.beta / elapsed * error
-        view.belief_time[robot] = view.belief_fix[robot] = view.time[0]
+    def sees(self, r: Witness) -> Belief:
+        """Return the belief, moved on and corrected by what is seen."""
+        elapsed = r.time - r.belief.time
+        ahead = r.belief.position + elapsed * r.belief.velocity
+        error = r.seen_position - ahead
+        faster = self.beta / elapsed * error if elapsed > 0.0 else 0.0 * error
+        return r.believe(ahead + self.alpha * error, r.belief.velocity + faster)
 '''
 
 METRIC = '''

@@ -14,15 +14,16 @@ from escort_mj.components.setup import MissionSetup
 from escort_mj.control.custom.calls import custom_estimator
 from escort_mj.control.messages import NEVER, begin_radio, send
 from escort_mj.estimators import ESTIMATORS, Estimator
-from escort_mj.estimators.estimator import estimator_view
+from escort_mj.estimators.belief import estimator_view
+from escort_mj.estimators.estimator import updating_by
 from escort_mj.knowledge.auction import begin_auction, hear_bids
 from escort_mj.knowledge.belief import LEAST_VARIANCE, carry, target_shown, target_speed_shown
 from escort_mj.knowledge.links import NOBODY, radio_of
 from escort_mj.knowledge.sight import sight_target
 from escort_mj.native.fields import Fields, Value
-from escort_mj.native.kernels import inlined, inlined_once, reachable, view_addresses
+from escort_mj.native.kernels import inlined, inlined_once, reachable
 from escort_mj.native.lanes import WIDTH, everywhere, load, load_rows, row_of, set_row, stack_rows, store_rows
-from escort_mj.native.on_demand import on_demand
+from escort_mj.native.on_demand import on_demand_unrolled
 from escort_mj.numerics.gaussian import START, normals
 from escort_mj.plan import Plan, State
 
@@ -53,7 +54,7 @@ class EstimatorParameters(Fields):
         }
 
 
-@on_demand
+@on_demand_unrolled
 def know(plan: Plan, state: State) -> None:
     """Lets robots look, send and hear, as far as that is due, and moves their estimates on.
 
@@ -205,14 +206,13 @@ def _note(plan: Plan, state: State) -> None:
 
 def _kernel_of(estimator: type[Estimator]) -> Callable[..., Any]:
     """Return a kernel that lets an estimator that ships change the belief of a robot."""
-    update, read = inlined_once(estimator.update), reader(estimator)
+    equations = {name: inlined_once(equation) for name, equation in estimator.equations().items()}
+    update, read = inlined(updating_by(estimator, inlined, equations)), reader(estimator)
 
     def change(i: int, plan: Plan, state: State) -> None:
-        plan_at, state_at = view_addresses(state)
-        view = estimator_view(plan_at, state_at, state.q.shape[1])
-        update(read(block_at(plan.estimator_place, plan), 0), view, i)
+        update(read(block_at(plan.estimator_place, plan), 0), estimator_view(state), i)
 
-    return on_demand(reachable(change, f"update_by_{estimator.model_fields['estimator'].default}"))
+    return on_demand_unrolled(reachable(change, f"update_by_{estimator.model_fields['estimator'].default}"))
 
 
 _update = one_of([*map(_kernel_of, ESTIMATORS), custom_estimator])

@@ -1,12 +1,11 @@
 """A Kalman filter on each robot, and a consensus with its neighbors on what they believe."""
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 from pydantic import Field
 
-from escort_mj.estimators.covariance_intersection import CovarianceIntersection, mix
-from escort_mj.estimators.estimator import EstimatorView
-from escort_mj.estimators.kalman import hear, see
+from escort_mj.estimators.belief import Belief, Witness
+from escort_mj.estimators.covariance_intersection import CovarianceIntersection
 
 
 class Consensus(CovarianceIntersection):
@@ -21,11 +20,7 @@ class Consensus(CovarianceIntersection):
     share: Annotated[float, Field(gt=0.0, lt=1.0)] = 0.3
     """Weight of the sender's belief [1]."""
 
-    def update(self: Any, view: EstimatorView, robot: int) -> None:
-        """Correct the belief by what is measured, or move it toward that of a message, compiled."""
-        density, own, spare = self.noise * self.noise, view.belief_covariance[robot], view.belief_work[2]
-        if view.message[0] < 0:
-            see(robot, density, view)
-            return
-        x, covariance = hear(robot, density, view)
-        mix(view.belief[robot], own, x, covariance, 1.0 - self.share, spare)
+    def hears(self, r: Witness) -> Belief:
+        """Return the belief of now, moved toward that of the message."""
+        own, other = r.belief.at(r.time, self.density), r.heard.at(r.time, self.density)
+        return own.mixed(other, 1.0 - self.share)

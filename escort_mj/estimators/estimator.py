@@ -1,58 +1,35 @@
 """Base of estimators: what a robot makes of what it sees and hears of the target."""
 
 import math
-from typing import TYPE_CHECKING, Annotated, ClassVar, NamedTuple, Self
+from collections.abc import Callable, Mapping
+from typing import Any, ClassVar, Self
 
 from pydantic import model_validator
 
-from escort_mj.components.component import Component
+from escort_mj.components.component import Derived
+from escort_mj.components.equations import Equations
+from escort_mj.estimators.belief import Belief, EstimatorView, Witness, witness_of
 from escort_mj.knowledge.sight import MEASURES
-from escort_mj.native.fields import Array
-from escort_mj.native.memory import layout_with
+from escort_mj.native.values import names_of
 
 
-class EstimatorView(NamedTuple):
-    """What an estimator sees of all robots, and what it writes: the belief of one; n robots, p axes.
-
-    A belief has k numbers: the target's position, its velocity and, for an estimator of it, acceleration.
-    """
-
-    timestep: float  # [s]
-    way_variance: float  # of the way to the target, per axis; for a bearing, over the squared range [m^2]
-    time: Annotated[Array, 1]  # [s]
-    message: Annotated[Array, 1]  # row of `sent_...` that the robot hears; -1 while it sees the target
-    q_measured: Annotated[Array, "n", "p"]  # measured position [m]
-    v_measured: Annotated[Array, "n", "p"]  # measured velocity [m/s]
-    seen_position: Annotated[Array, "informed", "p"]  # measured position of the target [m]
-    seen_velocity: Annotated[Array, "informed", "p"]  # likewise [m/s]
-    seen_range: Annotated[Array, "informed"]  # likewise: distance of the centers [m]
-    seen_bearing: Annotated[Array, "informed", "p"]  # likewise: direction, a unit vector
-    sight_variance: Annotated[Array, 4]  # of these four, per axis; -1 for what is not measured
-    sent_belief: Annotated[Array, "hearing*depth", "believed"]  # of the sender, when it sent the message
-    sent_covariance: Annotated[Array, "hearing*depth", "believed*believed"]
-    sent_belief_time: Annotated[Array, "hearing*depth"]  # at which that held [s]
-    sent_fix: Annotated[Array, "hearing*depth"]  # time of the newest measurement in it [s]
-    belief: Annotated[Array, "informed", "believed"]  # written [m, m/s, m/s^2]
-    belief_covariance: Annotated[Array, "informed", "believed*believed"]  # written: of these, row by row
-    belief_time: Annotated[Array, "informed"]  # written: at which they hold [s]
-    belief_fix: Annotated[Array, "informed"]  # written: time of the newest measurement in it [s]
-    belief_work: Annotated[Array, 3, "believed*believed"]  # scratch
-
-
-class Estimator(Component):
+class Estimator(Equations):
     """What a robot makes of what it sees and hears of the target.
 
-    A subclass has a key `estimator` with its name, parameters, and its method `update`. That is
-    called for a robot when it sees the target, and when it hears a teammate; it writes the robot's rows
-    of the arrays `belief...`.
+    A subclass has a key `estimator` with its name, parameters, and the equations `sees(self, r)` and
+    `hears(self, r)`, which return what the robot believes from now on: when it has seen the target, and when
+    it hears a teammate.
     """
 
-    method: ClassVar[str] = "update"
+    method: ClassVar[str] = "sees"
     view: ClassVar[type] = EstimatorView
     outputs: ClassVar[tuple[str, ...]] = ("belief", "belief_covariance", "belief_time", "belief_fix")
-    scratch: ClassVar[tuple[str, ...]] = ("belief_work",)
+    scratch: ClassVar[tuple[str, ...]] = ("belief_made", "covariance_made", "beliefs_made", "belief_work")
     answers: ClassVar[str | None] = ""
     gives: ClassVar[str] = "robot {} a belief"
+    asks: ClassVar[tuple[str, ...]] = ("sees", "hears")
+    reads: ClassVar[tuple[tuple[str, str], ...]] = tuple((name, name) for name in names_of(Witness))
+    keeps: ClassVar[str] = ""
     predicts: ClassVar[bool] = True
     """Whether the estimate moves on with the velocity between two measurements."""
     needs: ClassVar[tuple[tuple[str, ...], ...]] = tuple((name,) for name in MEASURES if name != "velocity")
@@ -74,23 +51,51 @@ class Estimator(Component):
         """How many derivatives of the position a belief has, the position among them: 2 or 3."""
         return 2
 
-    @property
+    @Derived
     def density(self) -> float:
-        """Spectral density of the noise that changes the last of them."""
+        """Return the spectral density of the noise that changes the last of them."""
         return 0.0
 
-    if TYPE_CHECKING:
+    def sees(self, r: Witness) -> Belief:
+        """Return what the robot believes now that it has seen the target.
 
-        def update(self, view: EstimatorView, robot: int) -> None:
-            """Change the belief of a robot by what it sees or hears.
+        Args:
+            r: The robot: `belief`, `seen_position`, `time` and more.
+        """
+        raise NotImplementedError
 
-            Args:
-                view: What it sees or hears, and what it believes.
-                robot: Its number, from 0.
-            """
+    def hears(self, r: Witness) -> Belief:
+        """Return what it believes now that it hears a teammate; by default the newer of both beliefs.
+
+        Args:
+            r: The robot: `belief`, `heard` and more.
+        """
+        return r.heard if r.heard.fix > r.belief.fix else r.belief
 
 
-def estimator_view(plan: int, state: int, axes: int) -> EstimatorView:
-    """View what estimators see at the addresses of a plan and a state; nothing is copied or owned."""
-    view: EstimatorView = layout_with(EstimatorView).read(EstimatorView, plan, state)
-    return view
+Call = Callable[..., Any]
+
+
+def updating_by(
+    estimator: type[Estimator], made: Callable[[Call], Call], equations: Mapping[str, Call]
+) -> Call:
+    """Return what changes the belief of a robot: `(parameters, view, robot)`.
+
+    Args:
+        estimator: The estimator.
+        made: Makes a function callable in kernels.
+        equations: What `estimator.equations()` returns, made so.
+    """
+    sees, hears, matrices = equations["sees"], equations["hears"], int(estimator.has_covariance)
+
+    def update(parameters: Any, view: Any, robot: int) -> None:
+        view.beliefs_made[0] = 0.0
+        r = witness_of(robot, view)
+        found = sees(parameters, r) if view.message[0] < 0.0 else hears(parameters, r)
+        for k in range(view.belief.shape[1]):
+            view.belief[robot, k] = found.x[k]
+        for k in range(matrices * view.belief_covariance.shape[1]):
+            view.belief_covariance[robot, k] = found.covariance[k]
+        view.belief_time[robot], view.belief_fix[robot] = found.time, found.fix
+
+    return update

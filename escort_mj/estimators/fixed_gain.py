@@ -1,10 +1,11 @@
 """A filter with fixed gains: no covariance, two numbers to choose."""
 
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field
 
-from escort_mj.estimators.estimator import Estimator, EstimatorView
+from escort_mj.estimators.belief import Belief, Witness
+from escort_mj.estimators.estimator import Estimator
 
 
 class FixedGain(Estimator):
@@ -22,21 +23,10 @@ class FixedGain(Estimator):
     beta: Annotated[float, Field(gt=0.0, le=1.0)] = 0.005
     """Share of the error, per time between two looks, by which it corrects the velocity [1]."""
 
-    def update(self: Any, view: EstimatorView, robot: int) -> None:
-        """Correct the belief by what is seen, or take over what is heard and newer."""
-        heard, p, belief = int(view.message[0]), view.q_measured.shape[1], view.belief[robot]
-        if heard >= 0:
-            if view.sent_fix[heard] > view.belief_fix[robot]:
-                for k in range(2 * p):
-                    belief[k] = view.sent_belief[heard, k]
-                view.belief_time[robot] = view.sent_belief_time[heard]
-                view.belief_fix[robot] = view.sent_fix[heard]
-            return
-        elapsed = view.time[0] - view.belief_time[robot]
-        for k in range(p):
-            ahead = belief[k] + elapsed * belief[p + k]
-            error = view.seen_position[robot, k] - ahead
-            belief[k] = ahead + self.alpha * error
-            if elapsed > 0.0:
-                belief[p + k] += self.beta / elapsed * error
-        view.belief_time[robot] = view.belief_fix[robot] = view.time[0]
+    def sees(self, r: Witness) -> Belief:
+        """Return the belief, moved on and corrected by what is seen."""
+        elapsed = r.time - r.belief.time
+        ahead = r.belief.position + elapsed * r.belief.velocity
+        error = r.seen_position - ahead
+        faster = self.beta / elapsed * error if elapsed > 0.0 else 0.0 * error
+        return r.believe(ahead + self.alpha * error, r.belief.velocity + faster)

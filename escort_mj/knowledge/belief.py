@@ -16,6 +16,7 @@ from escort_mj.native.kernels import inlined, merged
 from escort_mj.native.vectors import Vec, one_row, rows_at
 from escort_mj.plan import Plan, State
 
+MADE = 16  # beliefs that an estimator can make in one call
 LEAST_VARIANCE = 1e-12  # of what is known exactly [m^2 or m^2/s^2]
 
 
@@ -43,7 +44,10 @@ class BeliefState(Fields):
     belief_time: Annotated[Array, "informed", Value("s", "at which they hold")]
     belief_fix: Annotated[Array, "informed", Value("s", "time of the newest measurement in it")]
     message: Annotated[Array, 1, Value("1", "row of `sent_...` that is being heard; -1 while robots look")]
-    belief_work: Annotated[Array, 3, "believed*believed", Value("1", "scratch: three such matrices")]
+    belief_made: Annotated[Array, "made", "believed", Value("1", "beliefs under way, scratch")]
+    covariance_made: Annotated[Array, "made", "believed*believed", Value("1", "likewise")]
+    beliefs_made: Annotated[Array, 1, Value("1", "how many of these are in use")]
+    belief_work: Annotated[Array, 2, "believed*believed", Value("1", "scratch: two such matrices")]
 
 
 @inlined

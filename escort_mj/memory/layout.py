@@ -41,7 +41,7 @@ from escort_mj.control.supervisor import SupervisorParameters, SupervisorState
 from escort_mj.control.trigger import TriggerParameters, TriggerState
 from escort_mj.control.velocity import OuterLoopParameters
 from escort_mj.disturbances.disturbance import DisturbanceView
-from escort_mj.estimators.estimator import EstimatorView, estimator_view
+from escort_mj.estimators.belief import EstimatorView
 from escort_mj.failures.failure import FailureView, failure_view
 from escort_mj.knowledge.auction import AuctionParameters, AuctionState
 from escort_mj.knowledge.belief import BeliefParameters, BeliefState
@@ -228,7 +228,6 @@ def unpack_state(plan_address: int, address: int, axes: int) -> State:
 viewer(LAYOUT, Plan, unpack_plan)
 viewer(LAYOUT, State, unpack_state)
 viewer(LAYOUT, LawView, law_view)
-viewer(LAYOUT, EstimatorView, estimator_view)
 viewer(LAYOUT, RadioView, radio_view)
 viewer(LAYOUT, SensorView, sensor_view)
 viewer(LAYOUT, FailureView, failure_view)

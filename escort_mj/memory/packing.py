@@ -20,6 +20,7 @@ from escort_mj.control.trigger import ALWAYS, Trigger
 from escort_mj.disturbances import DISTURBANCES
 from escort_mj.estimators import ESTIMATORS
 from escort_mj.failures import FAILURES
+from escort_mj.knowledge.belief import MADE
 from escort_mj.laws import LAWS
 from escort_mj.memory.layout import LAYOUT, Plan
 from escort_mj.memory.sampling import Sampling, signal_dimensions
@@ -84,6 +85,7 @@ def pack(setup: Setup, sampling: Sampling, signals: Sequence[str] = ()) -> Array
         "facing": n * setup.faces,
         "measuring": room_for(n) * bool(own),
         "sensor_memories": max((len(each.memories()) for each in own), default=0),
+        "made": MADE * setup.informed,
         "believed": setup.estimator.orders * p,
         "turned": n if setup.apart else 1,
         "apart": n * setup.apart,

@@ -11,8 +11,9 @@ from scipy.special import chdtri
 from escort_mj import Scenario
 from escort_mj.behaviors import Surface
 from escort_mj.control.setup import Setup
-from escort_mj.estimators import ESTIMATORS, Consensus, CovarianceIntersection, EstimatorView, Kalman
-from escort_mj.estimators.covariance_intersection import invert, mix
+from escort_mj.estimators import ESTIMATORS, Consensus, CovarianceIntersection, Kalman
+from escort_mj.estimators.belief import EstimatorView
+from escort_mj.estimators.matrices import invert, mix
 from escort_mj.knowledge.belief import carry
 from escort_mj.knowledge.sight import Sight
 from escort_mj.scenario.mission import Mission

@@ -79,9 +79,9 @@ def test_the_twin_of_the_controller_knows_it(compiled: None, folder: Path, axes:
     compare(replace(setup, estimator=estimator, start_deviation=(0.5, 0.2, 0.0)), q, v, steps=8)
 
 
-LATE = "view.time[0] > 0.51"
+LATE = "r.time > 0.51"
 RAISES = ("elapsed =", f"if {LATE}:\n            raise ZeroDivisionError('told to')\n        elapsed =")
-INFINITE = ("self.alpha * error", f"self.alpha * error * (np.inf if robot == 1 and {LATE} else 1.0)")
+INFINITE = ("self.alpha * error", f"self.alpha * error * (np.inf if r.i == 1 and {LATE} else 1.0)")
 
 
 @pytest.mark.parametrize("form", ["", COMPILED], ids=["NumPy", "compiled"])
@@ -108,13 +108,17 @@ def test_what_it_does_wrong_ends_the_run_with_its_place(
 @pytest.mark.parametrize(
     ("change", "said"),
     [
-        (("def update(", "def updated("), "has no update(self, view, robot)"),
-        (("view: EstimatorView, robot: int", "view"), "takes (self, view); it is called with (self, view"),
+        (("def sees(", "def saw("), "has no sees(self, r)"),
+        (("(self, r: Witness)", "(self)"), "takes (self); it is called with (self, r"),
+        (
+            ("def sees(self, r: Witness)", "def update(self, view, robot)"),
+            "expected sees(self, r), and hears",
+        ),
         (('(("position",),)', '("position",)'), "found needs = ('position',); expected sets of position"),
         (('(("position",),)', '(("place",),)'), "expected sets of position, velocity, range or bearing"),
-        (("    def update(", "    orders = property(lambda self: 4)\n\n    def update("), "orders = 4 and"),
+        (("    def sees(", "    orders = property(lambda self: 4)\n\n    def sees("), "orders = 4 and"),
         (('Literal["alpha_beta"] = "alpha_beta"', 'str = "alpha_beta"'), "does not say its name"),
-        (("class AlphaBeta(Estimator)", "class AlphaBeta(EstimatorView)"), "Policy, Estimator, Radio"),
+        (("class AlphaBeta(Estimator)", "class AlphaBeta(Witness)"), "Policy, Estimator, Radio"),
     ],
 )
 def test_a_wrong_one_is_one_message(tmp_path: Path, change: tuple[str, str], said: str) -> None:

@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.control.setup import Setup
-from escort_mj.estimators import EstimatorView
-from escort_mj.knowledge.belief import LEAST_VARIANCE
+from escort_mj.estimators.belief import EstimatorView
+from escort_mj.knowledge.belief import LEAST_VARIANCE, MADE
 from escort_mj.knowledge.sight import Sight, variances
 from escort_mj.native.fields import declared
 from escort_mj.native.memory import shape_of
@@ -167,7 +167,7 @@ class Minds:
 
 def blank_view(n: int, p: int, size: int) -> EstimatorView:
     """Return memory for what the estimators of n robots see and write, with one message at a time."""
-    sizes = {"n": n, "informed": n, "p": p, "believed": size, "hearing": 1, "depth": 1}
+    sizes = {"n": n, "informed": n, "p": p, "believed": size, "hearing": 1, "depth": 1, "made": MADE}
     fields = declared(EstimatorView).items()
     blank = {name: np.zeros(shape_of(field, sizes)) for name, field in fields if field.kind is np.ndarray}
     return EstimatorView(timestep=0.0, way_variance=0.0, **blank)

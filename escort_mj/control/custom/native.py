@@ -25,6 +25,8 @@ from escort_mj.components.views import LawView
 from escort_mj.disturbances import Disturbance
 from escort_mj.disturbances.evaluation import pushing_by
 from escort_mj.errors import CompilerMissingError, PluginError
+from escort_mj.estimators.belief import Belief
+from escort_mj.estimators.estimator import Estimator, updating_by
 from escort_mj.failures import Failure
 from escort_mj.failures.failure import failing_by
 from escort_mj.laws.evaluation import array_evaluation, evaluation_by, memory_by
@@ -187,6 +189,8 @@ def evaluating(
         return asking_by(model, equations)
     if issubclass(model, Policy):
         return deciding_by(model, made, equations)
+    if issubclass(model, Estimator):
+        return updating_by(model, made, equations)
     if issubclass(model, Radio):
         return answering_by(model, made, equations)
     if issubclass(model, Disturbance):
@@ -266,63 +270,47 @@ def _in_python(own: Any, view: Any) -> Callable[..., Any]:
     model = type(own)
     if isinstance(own, Law):
         return array_evaluation(own, view)
-    if isinstance(own, Behavior):
-        tasks = {name: _returning_tasks(name, function) for name, function in model.equations().items()}
-        return partial(_with_any_lanes, evaluating(model, lambda function: function, tasks), own, view)
-    if isinstance(own, Policy):
-        decides = {name: _returning_as(own, name, function) for name, function in model.equations().items()}
-        return partial(evaluating(model, lambda function: function, decides), own, view)
-    if isinstance(own, Disturbance):
-        vectors = {name: _returning_vectors(name, function) for name, function in model.equations().items()}
-        return partial(_with_any_lanes, evaluating(model, lambda function: function, vectors), own, view)
     if isinstance(own, Equations):
-        equations = {name: _returning(name, function) for name, function in model.equations().items()}
-        return partial(_with_any_lanes, evaluating(model, lambda function: function, equations), own, view)
+        equations = {
+            name: _returning(name, function, *_asked_of(own, name))
+            for name, function in model.equations().items()
+        }
+        run = evaluating(model, lambda function: function, equations)
+        return partial(_with_any_lanes, run, own, view)
     return partial(getattr(model, model.method), own, view)
 
 
-def _returning(name: str, function: Callable[..., Any]) -> Callable[..., float]:
-    """Return an equation of numbers; what it returns is looked at."""
-
-    def evaluate(own: Any, r: Any) -> Any:
-        found = function(own, r)
-        if isinstance(found, np.ndarray) and found.dtype == float:  # of eight axes
-            return found
-        if not isinstance(found, int | float | np.number | np.bool_):
-            raise TypeError(f"{name} returned {found!r:.80}; expected a number")
-        return float(found)
-
-    return evaluate
+NUMBER = (int, float, np.number, np.bool_), "a number"
+VECTOR = (Vec,), "a vector, such as r.q"
+BELIEF = (Belief,), "a belief, such as r.believe(...) returns"
+INEQUALITY = (Inequality,), "what at_least(...) returns"
+TASK = (Task,), "a task, such as keep(...) returns"
 
 
-def _returning_vectors(name: str, function: Callable[..., Any]) -> Callable[..., Vec]:
-    """Return an equation of vectors; what it returns is looked at."""
-
-    def evaluate(own: Any, r: Any) -> Vec:
-        found = function(own, r)
-        if not isinstance(found, Vec):
-            raise TypeError(f"{name} returned {type(found).__name__}; expected a vector, such as r.q")
-        return found
-
-    return evaluate
-
-
-def _returning_as(own: Policy, name: str, function: Callable[..., Any]) -> Callable[..., Any]:
-    """Return an equation of a policy, whose answer is a vector or a number by what it is asked."""
+def _asked_of(own: Equations, name: str) -> tuple[tuple[type, ...], str]:
+    """Return of what types the answer of an equation is to be, and in words."""
+    if isinstance(own, Behavior):
+        return INEQUALITY if own.limits else TASK
+    if isinstance(own, Estimator):
+        return BELIEF
     memory = own.memories().get(name.removesuffix(own.moves))
-    is_vector = name == own.method if memory is None else memory.vector
-    return (_returning_vectors if is_vector else _returning)(name, function)
+    vector = memory.vector if memory is not None else name == own.method
+    return VECTOR if isinstance(own, Disturbance) or (isinstance(own, Policy) and vector) else NUMBER
 
 
-def _returning_tasks(name: str, function: Callable[..., Any]) -> Callable[..., Any]:
-    """Return the equation of a behavior; what it returns is looked at."""
+def _returning(
+    name: str, function: Callable[..., Any], kinds: tuple[type, ...], words: str
+) -> Callable[..., Any]:
+    """Return an equation; what it returns is looked at."""
 
-    def evaluate(own: Any, r: Any) -> Any:
-        found, expected = function(own, r), Inequality if own.limits else Task
-        if not isinstance(found, expected):
-            words = "what at_least(...) returns" if own.limits else "a task, such as keep(...) returns"
-            raise TypeError(f"{name} returned {type(found).__name__}; expected {words}")
-        return found
+    def evaluate(parameters: Any, r: Any) -> Any:
+        found: Any = function(parameters, r)
+        if kinds is NUMBER[0] and isinstance(found, np.ndarray) and found.dtype == float:  # of eight axes
+            return found
+        if not isinstance(found, kinds):
+            said = f"{found!r:.80}" if kinds is NUMBER[0] else type(found).__name__
+            raise TypeError(f"{name} returned {said}; expected {words}")
+        return float(found) if isinstance(found, NUMBER[0]) else found
 
     return evaluate
 

@@ -35,7 +35,7 @@ COMPONENTS: dict[type[Component], tuple[str, list[str]]] = {
     Law: ("law", ["self", "r"]),
     Behavior: ("behavior", ["self", "r"]),
     Policy: ("policy", ["self", "r"]),
-    Estimator: ("estimator", ["self", "view", "robot"]),
+    Estimator: ("estimator", ["self", "r"]),
     Radio: ("radio", ["self", "r"]),
     Disturbance: ("disturbance", ["self", "r"]),
     Sensor: ("sensor", ["self", "r"]),
@@ -46,6 +46,7 @@ COMPONENTS: dict[type[Component], tuple[str, list[str]]] = {
 OLD: dict[type[Component], tuple[str, str]] = {
     Behavior: ("wish", "which returns keep(...), across(...), move(...) or at_least(...)"),
     Policy: ("velocity", "which returns a vector; acts(self, r) says whether it acts"),
+    Estimator: ("update", "and hears(self, r), which return beliefs"),
 }
 """Names of methods as they once were, and what is written in their place."""
 
