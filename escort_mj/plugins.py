@@ -24,9 +24,10 @@ from escort_mj.robots import RobotKind
 from escort_mj.rules import Rule
 from escort_mj.sensors import Sensor
 
-_GONE = {"PolicyView": "Body", "ACTS": "acts(self, r)", "RESTS": "acts(self, r)"}
-_GONE |= {"EstimatorView": "Witness", "BEARING": "r.bearing_variance", "POSITION": "r.position_variance"}
-_GONE |= {"RANGE": "r.range_variance", "VELOCITY": "r.velocity_variance"}
+_GONE = dict.fromkeys(("BEARING", "POSITION", "RANGE", "VELOCITY"), "r.bearing_variance and the like")
+_GONE |= {"PolicyView": "Body", "EstimatorView": "Witness"} | dict.fromkeys(
+    ("ACTS", "RESTS"), "acts(self, r)"
+)
 """What old plugins import, and what stands in its place."""
 
 __all__ = [
@@ -73,6 +74,5 @@ __all__ = [
 
 
 def __getattr__(name: str) -> Any:
-    if name in _GONE:
-        raise ImportError(f"{name} is gone; what it was for, {_GONE[name]} does (docs/plugins.md)")
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    words = f"{name} is gone; {_GONE[name]} does it (docs/plugins.md)" if name in _GONE else ""
+    raise ImportError(words) if words else AttributeError(f"{__name__} has no attribute {name!r}")

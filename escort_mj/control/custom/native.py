@@ -315,10 +315,10 @@ def _returning(
     return evaluate
 
 
-def _with_any_lanes(evaluate: Callable[..., None], own: Any, view: Any, *first: int) -> None:
+def _with_any_lanes(evaluate: Callable[..., Any], own: Any, view: Any, *first: int) -> Any:
     """Evaluate equations of eight robots at a time: lanes past the last robot hold anything."""
     with np.errstate(all="ignore"):
-        evaluate(own, view, *first)
+        return evaluate(own, view, *first)
 
 
 def _time(plan: int, state: int) -> float:

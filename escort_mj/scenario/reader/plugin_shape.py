@@ -196,7 +196,7 @@ def _check_equations(model: type[Equations], place: str) -> None:
             words = 'its unit and its meaning in words, as in Memory("N", "disturbance")'
             raise PluginError(f"{place}: found {found}; expected {words}")
         if is_vector and not issubclass(model, Policy):
-            words = f"policies alone say so: what {kind_of(model)}s keep has one shape"
+            words = "policies alone say so: what others keep has one shape"
             raise PluginError(f"{place}: found vector = True of {memory}{_line_of(model, memory)}; {words}")
         if truth != "" and truth not in (shown := estimable(unit)):
             words = f"a signal of each robot and axis in {unit}: {listed(shown)}"
