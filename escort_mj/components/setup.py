@@ -59,22 +59,6 @@ class Mover(NamedTuple):
     policy: Any = None
 
 
-class Opponent(NamedTuple):
-    """A body that wants to reach the target.
-
-    Attributes:
-        obstacle: Which obstacle it is, from 0.
-        start: When it comes [s].
-        capture: Gap to a robot at which it is intercepted [m].
-        reach: Gap to the target at which it has reached it [m].
-    """
-
-    obstacle: int
-    start: float
-    capture: float
-    reach: float
-
-
 class Shape(NamedTuple):
     """One obstacle as lines meet it.
 
@@ -173,7 +157,7 @@ class MissionSetup:
         outer: How behaviors become one velocity.
         sensing: What sensors make of the truth.
         movers: Obstacles that move, and a target that can be bumped.
-        opponents: Those of the obstacles that want to reach the target; they come last.
+        opponents: Tables of those of the obstacles that want to reach the target; they come last.
         teams: Robots with targets of their own, which are obstacles; empty where all escort the target.
         shaped: Whether some obstacle is no sphere: robots then see the nearest points.
         expected_distances: Distances to obstacles that expectations put bounds on [m].
@@ -218,7 +202,7 @@ class MissionSetup:
     outer: Any
     sensing: Any
     movers: tuple[Mover, ...] = ()
-    opponents: tuple[Opponent, ...] = ()
+    opponents: tuple[Any, ...] = ()
     teams: tuple[EscortTeam, ...] = ()
     shaped: bool = False
     shapes: tuple[Shape, ...] = ()
@@ -240,6 +224,12 @@ class MissionSetup:
     def informed(self) -> bool:
         """Whether each robot has an estimate of the target of its own."""
         return self.sight is not None
+
+    @property
+    def opponent_places(self) -> range:
+        """Which obstacles opponents are, from 0, in the order in which a trace numbers them."""
+        end = len(self.obstacle_radius)
+        return range(end - sum(group.count for group in self.opponents), end)
 
     @property
     def auctioned(self) -> bool:

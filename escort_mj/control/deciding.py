@@ -33,7 +33,7 @@ class PolicyParameters(Fields):
     @classmethod
     def packed(cls, setup: MissionSetup) -> dict[str, Any]:
         """Return the values of the fields for a mission."""
-        opponents = {each.obstacle for each in setup.opponents} if setup.opponents_outside else set()
+        opponents = {*setup.opponent_places} if setup.opponents_outside else set()
         kinds = [
             COMMANDED if mover.obstacle in opponents
             else NO_POLICY if mover.policy is None

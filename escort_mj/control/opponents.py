@@ -32,14 +32,15 @@ class OpponentParameters(Fields):
     @classmethod
     def packed(cls, setup: MissionSetup) -> dict[str, Any]:
         """Return the values of the fields for a mission."""
-        places = [opponent.obstacle for opponent in setup.opponents]
+        places = [*setup.opponent_places]
+        each = [(group, number) for group in setup.opponents for number in range(group.count)]
         movers = [mover.obstacle for mover in setup.movers]
         return {
             "opponent_obstacle": places,
-            "opponent_start": [opponent.start for opponent in setup.opponents],
-            "opponent_capture": [opponent.capture for opponent in setup.opponents],
-            "opponent_reach": [opponent.reach for opponent in setup.opponents],
-            "mover_opponent": [places.index(each) if each in places else NOT_ONE for each in movers],
+            "opponent_start": [group.start + number * group.interval for group, number in each],
+            "opponent_capture": [group.capture_distance for group, _ in each],
+            "opponent_reach": [group.reach_distance for group, _ in each],
+            "mover_opponent": [places.index(mover) if mover in places else NOT_ONE for mover in movers],
             "target_size": setup.target_radius or 0.0,
         }
 

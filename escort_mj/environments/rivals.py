@@ -61,7 +61,7 @@ class Rivals:
         if not setup.opponents:
             raise UsageError("opponents: found none; a side needs somebody who is on it")
         movers = {mover.obstacle: (body, mover) for body, mover in enumerate(setup.movers)}
-        found = [movers[opponent.obstacle] for opponent in setup.opponents]
+        found = [movers[place] for place in setup.opponent_places]
         self._bodies = [body for body, _ in found]
         self._speed = np.array([[mover.policy.speed] for _, mover in found if mover.policy])
         self.count, self.width = len(found), inputs(setup.axes)

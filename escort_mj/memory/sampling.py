@@ -65,7 +65,7 @@ def signal_dimensions(setup: Setup, sampling: Sampling) -> dict[str, int]:
         "slots": slots,
         "returned": n * bool(rays),
         "rays": rays,
-        "opponents": len(setup.opponents),
+        "opponents": len(setup.opponent_places),
         "guarding": n * bool(setup.opponents),
         "teams": len(setup.teams),
         "members": n * bool(setup.teams),

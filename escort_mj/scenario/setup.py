@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from escort_mj.behaviors import Behavior, Chords, Formation, Surface, Vertices
 from escort_mj.behaviors.formation import ALONG
 from escort_mj.components.rays import KINDS
-from escort_mj.components.setup import EscortTeam, Frame, FunctionOfTime, Mover, Opponent, Shape
+from escort_mj.components.setup import EscortTeam, Frame, FunctionOfTime, Mover, Shape
 from escort_mj.control.setup import Setup
 from escort_mj.numerics.formation import Arrangement, arrange
 from escort_mj.numerics.reform import Reforming, reforming
@@ -82,7 +82,7 @@ def controller_setup(
         phases=scenario.mission.supervisor,
         trigger=scenario.mission.trigger,
         movers=_movers(scenario, obstacles),
-        opponents=_opponents(scenario, obstacles),
+        opponents=scenario.opponents,
         teams=_teams(scenario, obstacles),
         driven=any(kind.driven for kind in robots.kind),
         shaped=any(not body.is_sphere for body in obstacles),
@@ -171,18 +171,6 @@ def _movers(scenario: Scenario, obstacles: Sequence[Body]) -> tuple[Mover, ...]:
             policy and policy.among(names),
         )
         for motion, drive, index, policy in driven
-    )
-
-
-def _opponents(scenario: Scenario, obstacles: Sequence[Body]) -> tuple[Opponent, ...]:
-    """When opponents come, and what decides about them."""
-    first = len(obstacles) - sum(group.count for group in scenario.opponents)
-    rules = [(group, number) for group in scenario.opponents for number in range(group.count)]
-    return tuple(
-        Opponent(
-            first + place, group.start + number * group.interval, group.capture_distance, group.reach_distance
-        )
-        for place, (group, number) in enumerate(rules)
     )
 
 

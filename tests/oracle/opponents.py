@@ -33,8 +33,8 @@ class Watch:
     """What becomes of opponents, step by step; arguments as in `assign_guards`."""
 
     def __init__(self, setup: SetupNow) -> None:
-        self.status = np.zeros(len(setup.opponents))
-        self.interceptor = np.zeros(len(setup.opponents), dtype=int)
+        self.status = np.zeros(len(setup.opponent_places))
+        self.interceptor = np.zeros(len(setup.opponent_places), dtype=int)
         self._number = np.zeros(setup.count, dtype=int)
 
     def judge(self, t: float, q: Array, target: Array, lost: NDArray[np.bool_], setup: SetupNow) -> None:
@@ -43,25 +43,26 @@ class Watch:
         if setup.teams:
             quarries = [j for each in targets_at(setup.teams, t + 0.5 * setup.timestep) for j in each]
             targets = [(setup.obstacle_position[j], setup.obstacle_radius[j]) for j in quarries]
-        for o, opponent in enumerate(setup.opponents):
-            here, size = setup.obstacle_position[opponent.obstacle], setup.obstacle_radius[opponent.obstacle]
-            if self.status[o] == WAITS and t >= opponent.start:
+        rules = [(group, number) for group in setup.opponents for number in range(group.count)]
+        for o, (j, (group, number)) in enumerate(zip(setup.opponent_places, rules, strict=True)):
+            here, size = setup.obstacle_position[j], setup.obstacle_radius[j]
+            if self.status[o] == WAITS and t >= group.start + number * group.interval:
                 self.status[o] = COMES
             if self.status[o] != COMES:
                 continue
             gaps = np.linalg.norm(q - here, axis=1) - setup.robot_radius - size
-            near = np.flatnonzero((gaps <= opponent.capture) & ~lost)
+            near = np.flatnonzero((gaps <= group.capture_distance) & ~lost)
             nearest, radius = min(targets, key=lambda each: float(np.linalg.norm(each[0] - here)))
             if len(near):
                 self.status[o], self.interceptor[o] = INTERCEPTED, near[0] + 1
-            elif np.linalg.norm(nearest - here) - radius - size <= opponent.reach:
+            elif np.linalg.norm(nearest - here) - radius - size <= group.reach_distance:
                 self.status[o] = REACHED
 
     def assign(
         self, q: Array, target: Array, lost: NDArray[np.bool_], setup: SetupNow, teams: Teams | None = None
     ) -> Threats:
         """Return which robot guards against which opponent."""
-        places = [opponent.obstacle for opponent in setup.opponents]
+        places = [*setup.opponent_places]
         here, speed = setup.obstacle_position[places], setup.obstacle_velocities()[places]
         center, radius = np.tile(target, (len(here), 1)), np.full(len(here), setup.radius)
         team = np.zeros(len(here), dtype=int)
