@@ -163,7 +163,8 @@ def fold(watch: Watch, trace: Recorded, starts: Starts, values: Array) -> Folded
         some = known.any(axis=0).astype(float)
     count, whose = np.add.reduceat(some, starts), watch.course.whose
     who = signed[:, rows].argmax(axis=0) if whose is None else whose(trace, rows)
-    return Folded(np.where(count > 0.0, found, 0.0), count, time[rows], who.astype(float))
+    each = found, count, time[rows], who.astype(float)
+    return Folded(*(np.where(count > 0.0, one, 0.0) for one in each))
 
 
 def asked_of(watches: Sequence[Watch], sizes: Mapping[str, int]) -> tuple[str, ...]:

@@ -57,10 +57,11 @@ LAYOUT.part(Kept)
 
 
 class Mark(NamedTuple):
-    """A moment of a simulation: physics, the controller's state, MuJoCo's warnings."""
+    """A moment of a simulation: physics, the controller's state, steps since a sample, MuJoCo's warnings."""
 
     physics: Array
     memory: Array
+    steps: Array
     warnings: NDArray[Any]
 
 
@@ -117,7 +118,8 @@ class Plant:
             MujocoError: If MuJoCo gives up.
         """
         while count:
-            some, began = min(count, self._pace, self._room), time.perf_counter()
+            room = self._room - int(self._kept.steps_count[0])
+            some, began = min(count, self._pace, room), time.perf_counter()
             try:
                 mujoco.mj_step(self.world.model, self.data, nstep=some)
             except mujoco.FatalError as error:
@@ -142,11 +144,18 @@ class Plant:
         return bool(self._kept.steps_count[0] >= self._room)
 
     def take_steps(self) -> None:
-        """Find what is asked of the steps taken since the last time; write it to record and samples."""
-        kept, count = self._kept, int(self._kept.steps_count[0])
-        if self._watcher is None or not count:
+        """Find what is asked of the steps up to the last sample; write it to record and samples.
+
+        Steps behind it stay kept until their sample is taken, unless there is no room for one more: how long
+        MuJoCo steps at once, which is a matter of time, changes no bit of what they are folded into.
+        """
+        if self._watcher is None:
             return
-        kept.steps_count[0] = 0.0
+        kept, count = self._kept, int(self._kept.steps_count[0])
+        sampled = np.flatnonzero(kept.steps[:count, 0])
+        count = int(sampled[-1]) + 1 if len(sampled) else count * self.is_full
+        if not count:
+            return
         steps, watches = kept.steps[:count], self.world.mission.watches
         ended = steps[:, 0] != 0.0
         found = self._watcher.fold(steps, np.append(0, np.flatnonzero(ended[:-1]) + 1))
@@ -163,6 +172,8 @@ class Plant:
                 place = columns(name, self.world.sizes)
                 kept.samples[last - taken : last, place] = each[:taken]
         kept.watch_ended[0] = ended[-1]
+        left = kept.steps[count : int(kept.steps_count[0])].copy()
+        kept.steps[: len(left)], kept.steps_count[0] = left, len(left)
 
     def samples(self, most: int) -> Array:
         """Advances to the next samples and takes them, without entering Python between them.
@@ -230,12 +241,14 @@ class Plant:
         mujoco.mj_getState(self.world.model, self.data, physics, PHYSICS)
         samples = (self._kept.samples.ctypes.data - self._memory) // DOUBLE
         memory = self.data.userdata[:samples].copy()
-        return Mark(physics, memory, self.data.warning.number.copy())
+        steps = self._kept.steps[: int(self._kept.steps_count[0])].copy()
+        return Mark(physics, memory, steps, self.data.warning.number.copy())
 
     def back_to(self, mark: Mark) -> None:
         """Takes back what was simulated since a mark; that a plugin failed meanwhile is forgotten."""
         mujoco.mj_setState(self.world.model, self.data, mark.physics, PHYSICS)
         self.data.userdata[: len(mark.memory)] = mark.memory
+        self._kept.steps[: len(mark.steps)] = mark.steps
         self.data.warning.number[:] = mark.warnings
         native.forget(self._memory)
 
@@ -257,6 +270,7 @@ class Plant:
             there, here = getattr(before.state, name), getattr(self.state, name)
             if there.shape == here.shape:
                 here[...] = there
+        self._kept.steps[: len(mark.steps)] = mark.steps
         self._kept.kept_count[0] = self.state.next_known[0] = (
             0.0  # what is known ahead is of the other target
         )
