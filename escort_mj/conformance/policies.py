@@ -31,10 +31,12 @@ def _within_speed(member: type[Policy], kind: type[Scenario]) -> CheckResult:
     """No body wants more than its speed."""
     most = 0.0
     for stand in stands(member, kind):
-        random = np.random.default_rng(SEED)
+        random, kept = np.random.default_rng(SEED), np.zeros_like(stand.state.policy_memory)
         for _ in range(DRAWS):
             stand.fill(random)
+            stand.state.policy_memory[:] = kept  # what it has kept itself
             stand.call(0)
+            kept[:] = stand.state.policy_memory
             most = max(most, float(np.linalg.norm(stand.state.mover_wish[0])) / stand.own.speed)
     return CheckResult(
         "keeps to its speed", most <= 1.0 + ROUNDING, f"wants at most {most:.3g} times its speed"

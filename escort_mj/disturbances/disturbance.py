@@ -126,7 +126,7 @@ class Disturbance(Equations):
     @classmethod
     def robots(cls) -> type[Robots]:
         """Return what its equations are handed: robots that have its own memory by name."""
-        return with_own(Robots, {name: _remembered(row) for row, name in enumerate(cls.memories())})
+        return with_own(Robots, cls, {name: _remembered(row) for row, name in enumerate(cls.memories())})
 
 
 def _remembered(row: int) -> property:

@@ -157,12 +157,14 @@ def names_of(kind: type) -> list[str]:
     return [name for name, member in vars(kind).items() if isinstance(member, property)]
 
 
-def with_own(kind: type, own: Mapping[str, property]) -> Any:
+def with_own(kind: type, owner: type, own: Mapping[str, property]) -> Any:
     """Return a class whose values can be read by more names: its own members, and others.
 
     Args:
         kind: The class.
+        owner: Whose the others are; kernels tell such classes by its name.
         own: The others.
     """
     members = {name: member for name, member in vars(kind).items() if not name.startswith("_")}
-    return type(kind.__name__, (kind,), {**members, **own, "__annotations__": kind.__annotations__})
+    name = f"{kind.__name__} of {owner.__module__}.{owner.__qualname__} {getattr(owner, 'digest', '')}"
+    return type(name, (kind,), {**members, **own, "__annotations__": kind.__annotations__})

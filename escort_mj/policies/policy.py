@@ -68,7 +68,7 @@ class Policy(Equations):
     def body(cls) -> type[Body]:
         """Return what its equations are handed: a body that has by name what the policy keeps."""
         kinds = {name: memory.vector for name, memory in cls.memories().items()}
-        return with_own(Body, {name: kept(kinds[name], *place) for name, place in cls.places().items()})
+        return with_own(Body, cls, {name: kept(kinds[name], *place) for name, place in cls.places().items()})
 
 
 @cache

@@ -13,13 +13,13 @@ from escort_mj.conformance.repeats import check_calls
 from escort_mj.conformance.stand import CheckResult
 from escort_mj.control.outer_loops import OUTER_LOOPS
 from escort_mj.disturbances import DISTURBANCES, Disturbance, Expressions
-from escort_mj.estimators import ESTIMATORS, Predict
+from escort_mj.estimators import ESTIMATORS, Estimator, Predict
 from escort_mj.expectations import EXPECTATIONS
 from escort_mj.failures import FAILURES, Failure
 from escort_mj.laws import LAWS, Law
 from escort_mj.metrics import METRICS
 from escort_mj.metrics.metric import Metric
-from escort_mj.policies import POLICIES
+from escort_mj.policies import POLICIES, Policy
 from escort_mj.policies.straight import Straight
 from escort_mj.radios import RADIOS, Periodic, Radio
 from escort_mj.radios.time_slots import TimeSlots
@@ -50,7 +50,8 @@ NEED_FILES = tuple(
 CHECKED = [each for each in SHIPPED if each not in (*NO_EQUATIONS, *NEED_FILES)]
 LONG = (Periodic, TimeSlots, *POLICIES, *ESTIMATORS, SurfaceVessel)  # a second or more each
 SHORT = [each for each in CHECKED if each not in LONG or each in (Predict, Straight)]
-EQUATED = [each for each in CHECKED if issubclass(each, Law | Disturbance | Sensor | Radio | Failure | Rule)]
+CALLED = Law | Disturbance | Sensor | Radio | Failure | Rule | Policy | Estimator
+EQUATED = [each for each in CHECKED if issubclass(each, CALLED)]
 
 
 def faults(member: type[Any], checks: Iterable[Checks]) -> list[CheckResult]:
