@@ -80,7 +80,7 @@ def _computed(given: type) -> Iterator[tuple[str, str, str, str]]:
             continue
         result = get_type_hints(function).get("return", Any)
         called = name if isinstance(member, property) else f"{name}({', '.join(_arguments(function))})"
-        yield called, FORMS.get(result, ""), *_said(function)
+        yield called, FORMS.get(result, result.__name__.lower()), *_said(function)
         if issubclass(result if inspect.isclass(result) else object, tuple) and result not in FORMS:
             kinds = get_type_hints(result)
             for part in PARTS.finditer(result.__doc__ or ""):

@@ -7,7 +7,17 @@ from hypothesis import strategies as st
 
 from escort_mj.errors import RunFolderError
 from escort_mj.record.trace import load_recording, save_trace
-from escort_mj.signals import MEMORIES, MOVERS, OPPONENTS, RADII, READINGS, SIGNALS, TEAMS, WATCHES
+from escort_mj.signals import (
+    MEMORIES,
+    MOVERS,
+    OPPONENTS,
+    POLICIES,
+    RADII,
+    READINGS,
+    SIGNALS,
+    TEAMS,
+    WATCHES,
+)
 from tests.synthetic import build_trace
 
 MAY_BE_INFINITE = ("clearance", "target_clearance", "body_thickness")
@@ -100,7 +110,7 @@ def test_distances_to_what_is_not_there(make_trace, robots, obstacles):
     trace = make_trace([0.0, 1.0], robots=robots, obstacles=obstacles)
     absent = {"robot_distance_min"} if robots == 1 else set()
     channels = {TEAMS} if obstacles else {TEAMS, OPPONENTS, MOVERS}
-    channels |= {RADII, WATCHES, MEMORIES, READINGS}
+    channels |= {RADII, WATCHES, MEMORIES, READINGS, POLICIES}
     absent |= {signal.name for signal in SIGNALS if signal.channel in channels}
     assert {signal.name for signal in SIGNALS} - set(trace.variables) == absent
     there = np.isfinite(trace["clearance"].values).all(axis=(0, 1))
