@@ -196,8 +196,9 @@ def watched() -> Iterator[list[str]]:
     try:
         yield found
     finally:
-        if changed := before.changed():
-            found.append(changed)
+        replaced, changed = before.restored_builtins(), before.changed()
+        if replaced or changed:
+            found.append(replaced or changed)
 
 
 def begin(function: Callable[..., Any] | None, file: str) -> _Call:

@@ -68,11 +68,11 @@ def lasting_streams() -> Iterator[None]:
     """
     fill_standard_files()
     before = sys.stdout, sys.stderr
-    sys.stdout, sys.stderr = (_lasting(stream, number) for number, stream in enumerate(before, 1))
+    streams = sys.stdout, sys.stderr = [_lasting(stream, number) for number, stream in enumerate(before, 1)]
     try:
         yield
     finally:
-        for stream in (sys.stdout, sys.stderr):
+        for stream in streams:  # a plugin may have put others in their place
             stream.flush()
         sys.stdout, sys.stderr = before
 

@@ -122,13 +122,13 @@ def lane_numbers() -> Any:
 
 
 def store(array: Array, at: int, x: Any) -> Any:
-    """Writes lanes to an array, as if it were flat."""
-    _numbers(array, at, WIDTH)[:] = x
+    """Writes lanes to an array, as if it were flat; complex numbers and texts are an error."""
+    np.copyto(_numbers(array, at, WIDTH), x)
 
 
 def scatter(array: Array, at: int, stride: int, x: Any) -> Any:
-    """Writes lanes to an array, as if it were flat, so far apart."""
-    _numbers(array, at, stride * (WIDTH - 1) + 1)[::stride] = x
+    """Writes lanes to an array, as if it were flat, so far apart; as `store`."""
+    np.copyto(_numbers(array, at, stride * (WIDTH - 1) + 1)[::stride], x)
 
 
 def load_pairs(array: Array, at: int) -> Any:

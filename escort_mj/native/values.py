@@ -53,6 +53,9 @@ numpy_forms: list[tuple[Callable[..., Any], int, Callable[..., Any]]] = []
 class Values:
     """What equations read, by name: numbers, or arrays of numbers, that arithmetic takes all at once."""
 
+    def __setattr__(self, name: str, value: Any) -> None:
+        raise AttributeError(f"{name} cannot be set: equations return their values")
+
     def __getattr__(self, name: str) -> Any:
         raise AttributeError(name)
 
@@ -67,7 +70,7 @@ class Axes(Values):
     """
 
     def __init__(self, view: Any, at: Any, names: Names) -> None:
-        self._view, self._at, self._names = view, at, names
+        self.__dict__.update(_view=view, _at=at, _names=names)
 
     def __getattr__(self, name: str) -> Any:
         for known, field in self._names.fields:
@@ -103,9 +106,6 @@ class Arrays(Values):
                 self.__dict__[name] = value
         for name, field, row in names.rows:
             self.__dict__[name] = getattr(view, field)[names.first_row(view) + row]
-
-    def __setattr__(self, name: str, value: Any) -> None:
-        raise AttributeError(f"{name} cannot be set: equations return their values")
 
     def __getattr__(self, name: str) -> Any:
         if name in self._numbers:

@@ -220,8 +220,13 @@ class Plant:
             ended meanwhile, shape (e, EPISODE_SIZE).
         """
         if look and self._called:
-            with watched() as changes:
-                filled = self.fill(rows)
+            filled, changes = (0, np.zeros((0, EPISODE_SIZE))), list[str]()
+            try:
+                with watched() as changes:
+                    filled = self.fill(rows)
+            except Exception:
+                if not changes:  # else what the plugin changed may have broken it
+                    raise
             if changes:
                 words = " or ".join(map(place_in, self._called))
                 self._changed = native.PluginFailure(float(self.data.time), f"{words}: {changes[0]}")
@@ -313,7 +318,7 @@ class Plant:
         setup = self.world.setup
         policies = [mover.policy for mover in setup.movers if mover.policy is not None]
         members = [setup.law, setup.outer, setup.estimator, *setup.all_behaviors, *policies, *setup.laws]
-        members += setup.disturbances
+        members += [*setup.disturbances, setup.radio, *setup.sensing.own.values()]
         kinds = [type(each) for each in members if is_plugins(type(each)) and not each.compiled]
         return list(dict.fromkeys(getattr(kind, kind.method) for kind in kinds))
 

@@ -134,6 +134,14 @@ def test_what_it_does_wrong_ends_the_run_with_its_place(
         (("PositiveFloat | None", "str | None"), "decay: found"),
         (('Literal["own"]', "str"), "does not say its name"),
         (('"own"', '"periodic"'), "the radio periodic is there already"),
+        (
+            ("passed_next(", "period(self, timestep, robots):\n        return -1.0\n\n    def passed_next("),
+            "own.py:22: ValueError: period returned -1.0; expected 0 or more",
+        ),
+        (
+            ("passed_next(", "period(self, timestep, robots):\n        return 1 / 0\n\n    def passed_next("),
+            "own.py:23: ZeroDivisionError",
+        ),
     ],
 )
 def test_a_wrong_one_is_one_message(tmp_path: Path, change: tuple[str, str], said: str) -> None:
@@ -145,6 +153,15 @@ def test_a_wrong_one_is_one_message(tmp_path: Path, change: tuple[str, str], sai
     assert said in str(caught.value)
 
 
-def test_returning_nothing_is_told(compiled: None, tmp_path: Path) -> None:
-    found = flown(tmp_path, FADING.replace("return r.passed == 0.0", "pass"))
-    assert "loses returned None; expected a number" in found.message
+@pytest.mark.parametrize(
+    ("line", "said"),
+    [
+        ("pass", "loses returned None; expected a number"),
+        ("r.bad = 1.0", "bad cannot be set: equations return their values"),
+        ("import random; return random.random() < 0.5", "seeds or draws shared random numbers"),
+    ],
+)
+def test_what_it_may_not_do_is_told(compiled: None, tmp_path: Path, line: str, said: str) -> None:
+    found = flown(tmp_path, FADING.replace("return r.passed == 0.0", line))
+    assert found.outcome is Outcome.FAILED
+    assert said in found.message

@@ -18,6 +18,12 @@ WRONG = [
         "1:19: mission.radius: ",
         "found NaN (not a number); expected a finite",
     ),
+    (
+        "a boundary without a direction",
+        "mission: {behaviors: [{behavior: boundary, point: [0, -6], normal: [0, 0]}, surface]}\n",
+        "1:68: mission.behaviors[0].normal: ",
+        "found [0.0, 0.0]; expected a vector of some length",
+    ),
     ("infinity", "mission: {max_speed: .inf}\n", "1:22: mission.max_speed: ", "found infinity"),
     (
         "failure of a robot that is not there",

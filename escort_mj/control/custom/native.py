@@ -237,7 +237,7 @@ def _called_back(model: type[Component], function: Callable[..., Any], layout: L
                 call = _call_of(model, layout, own, plan, state)
             returned = step(function, first, partial(call, *robot) if robot else call)
             if robot:
-                if returned not in ((-1, 0, 1) if model.answers else (None,)):
+                if returned not in ((0, 1) if model.answers else (None,)):
                     expected = model.answers or "nothing"
                     raise TypeError(f"{model.method} returned {returned!r}; expected {expected}")
                 ctypes.c_int64.from_address(result).value = int(returned or 0)

@@ -42,6 +42,8 @@ def check_dimensions(mission: Mission) -> Iterator[Finding]:
     for path, vector in vectors:
         if vector is not None and len(vector) != axes:
             yield Finding(path, f"found {len(vector)} numbers; expected {axes}, as axes says")
+        elif vector is not None and path[-1] == "normal" and not any(vector):
+            yield Finding(path, f"found {[*vector]}; expected a vector of some length")
     gravity = scenario.physics.gravity
     if axes > 3 and gravity is not None and any(gravity):
         yield Finding(

@@ -3,36 +3,43 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from inspect import isfunction
 from typing import Any, get_type_hints
 
 from escort_mj import stopping
-from escort_mj.behaviors.behavior import Avoidance, Behavior
+from escort_mj.behaviors.behavior import Avoidance
+from escort_mj.components.parameters import kind_of
 from escort_mj.errors import PluginError
 from escort_mj.metrics.metric import number
 from escort_mj.plugin_calls import place_of, step
-from escort_mj.robots import RobotKind
 
 MOST = 1000  # coordinates, motors
+NOT_NEGATIVE = ("period", "longest", "late", "deviation", "variance", "density")
 
 
-def guard(member: type[RobotKind | Behavior]) -> None:
+def guard(member: type[Any], base: type[Any], left_out: Collection[str] = ()) -> None:
     """Have whatever goes wrong in a member's own methods become a `PluginError`, with file and line.
 
     Args:
-        member: A plugin's; its methods are replaced: of a kind of robot all that its base has, of a behavior
-            what says how it avoids bodies.
+        member: A plugin's; its methods and properties are replaced.
+        base: The class that says which are called, and what they return.
+        left_out: Methods that are guarded where the loop calls them.
     """
-    for name, function in list(vars(member).items()):
-        known = hasattr(RobotKind, name) if issubclass(member, RobotKind) else name == "avoidance"
-        if isfunction(function) and known and not name.startswith("_"):
-            setattr(member, name, _guarded(member, name, function))
+    for name, own in list(vars(member).items()):
+        if name.startswith("_") or name in left_out or not hasattr(base, name):
+            continue
+        if isfunction(own):
+            setattr(member, name, _guarded(member, name, own, getattr(base, name)))
+        elif isinstance(own, property) and own.fget and isinstance(vars(base).get(name), property):
+            setattr(member, name, property(_guarded(member, name, own.fget, vars(base)[name].fget)))
 
 
-def _guarded(member: type[Any], name: str, function: Callable[..., Any]) -> Callable[..., Any]:
-    base, key = (RobotKind, "kind") if issubclass(member, RobotKind) else (Behavior, "behavior")
-    wanted = get_type_hints(getattr(base, name)).get("return")
+def _guarded(
+    member: type[Any], name: str, function: Callable[..., Any], of_base: Callable[..., Any]
+) -> Callable[..., Any]:
+    key = kind_of(member)
+    wanted = get_type_hints(of_base).get("return") if isfunction(of_base) else None
     first = True
 
     @functools.wraps(function)
@@ -63,6 +70,8 @@ def _checked(name: str, returned: Any, wanted: Any) -> Any:
         raise TypeError(f"{name} returned {returned!r:.80}; expected a whole number from 0 to {MOST}")
     if wanted is float:
         number(returned, name, finite=True)
+        if name in NOT_NEGATIVE and returned < 0.0:
+            raise ValueError(f"{name} returned {returned!r:.80}; expected 0 or more")
     if name == "avoidance" and returned is not None:
         if not isinstance(returned, Avoidance):
             raise TypeError(f"{name} returned {returned!r:.80}; expected an Avoidance, or None")

@@ -178,6 +178,13 @@ def check_defaults(model: type[Any], place: str) -> None:
     for name, field in model.model_fields.items():
         if field.is_required() and name not in (*vectors, *base.model_fields):
             raise PluginError(f"{place}: the parameter {name} has no default")
+        if name in vars(model).get("__annotations__", {}) and field.default_factory is None:
+            try:
+                model.__pydantic_validator__.validate_assignment(model.model_construct(), name, field.default)
+            except ValidationError as error:
+                words = error.errors()[0]["msg"]
+                words = f"found the default {field.default!r:.80}; {words[:1].lower()}{words[1:]}"
+                raise PluginError(f"{place}: {name}{_line_of(model, name)}: {words}") from None
 
 
 def _check_equations(model: type[Equations], place: str) -> None:

@@ -27,6 +27,7 @@ from pydantic import ValidationError
 from escort_mj import stopping
 from escort_mj.behaviors.behavior import Behavior
 from escort_mj.components.component import Component
+from escort_mj.components.equations import Equations
 from escort_mj.disturbances import Disturbance
 from escort_mj.errors import PluginError
 from escort_mj.estimators import Estimator
@@ -237,8 +238,11 @@ def _load_package(name: str, source: PluginSource) -> Plugin:
 def _keep(key: tuple[str, str], plugin: Plugin) -> Plugin:
     for member in plugin.of(Component):
         member.digest = plugin.source.sha256
-    for member in (*plugin.of(RobotKind), *plugin.of(Behavior)):
-        guard(member)
+        base = next(base for base in COMPONENTS if issubclass(member, base))
+        in_loop = member.equations() if issubclass(member, Equations) else [member.method]
+        guard(member, base, left_out=in_loop)
+    for kind in plugin.of(RobotKind):
+        guard(kind, RobotKind)
     _loaded[key] = plugin
     return plugin
 

@@ -134,6 +134,7 @@ class TestWrongPlugins:
             (("    law: L", "    title = 3\n    law: L"), "found title = 3 (line 14); expected a text"),
             (("float = 1e9", "list[float] = []"), "fails_at: found list[float]; a parameter of a law"),
             (("fails_at: float = 1e9", "fails_at: float"), "the parameter fails_at has no default"),
+            (("float = 1e9", 'float = "x"'), "fails_at (line 21): found the default 'x'; input should be"),
             (("from pydantic", "from pidan"), "own_law.py:6: ModuleNotFoundError: No module named 'pidan'"),
             (("class Pid(Law):", "class Pid(Law:"), "own_law.py:11:"),
             (("class Pid(Law):", "class Pid(Law:"), "this is not Python"),
