@@ -338,10 +338,12 @@ def _parameter_findings(study: Study) -> Iterator[Finding]:
             if name not in study.parameters:
                 message = f"found {{{name}}}; the parameters are {listed([*study.parameters])}"
                 yield Finding(path, message + did_you_mean(name, study.parameters))
-    for name in study.parameters:
-        if name not in used:
-            words = f"changes nothing: no value of set or cases names this parameter, as {{{name}}}"
-            yield Finding(("parameters", name), words, at_key=True)
+    varied: list[tuple[tuple[str | int, ...], str]] = [(("vary", key), key) for key in study.vary]
+    varied += [((*path, key), key) for path, box in _boxes(study) for key in box]
+    for path, key in varied:
+        if key in study.parameters and key not in used:
+            words = f"changes nothing: no value of set or cases names this parameter, as {{{key}}}"
+            yield Finding(path, words, at_key=True)
 
 
 __all__ = ["Limit", "Range", "Sample", "Scenario", "Steps", "Study", "StudyFile", "is_study", "load_study"]
