@@ -318,7 +318,8 @@ class Plant:
         setup = self.world.setup
         policies = [mover.policy for mover in setup.movers if mover.policy is not None]
         members = [setup.law, setup.outer, setup.estimator, *setup.all_behaviors, *policies, *setup.laws]
-        members += [*setup.disturbances, setup.radio, *setup.sensing.own.values()]
+        members += [*setup.disturbances, *setup.sensing.own.values()]
+        members += [] if setup.radio is None else [setup.radio]
         kinds = [type(each) for each in members if is_plugins(type(each)) and not each.compiled]
         return list(dict.fromkeys(getattr(kind, kind.method) for kind in kinds))
 
