@@ -400,12 +400,12 @@ def examine(block: Array, plant: Plant, bound: float) -> tuple[int, Outcome, str
     Returns:
         How many of its samples to keep, and how things stand.
     """
-    if not len(block):
-        return 0, Outcome.COMPLETED, ""
     if failure := plant.failure:
         before = block[:, TIME] < failure.time
         moment = f" at {failure.time:.2f} s"
         return int(before.sum()), Outcome.FAILED, f"a plugin raised an error{moment}: {failure.message}"
+    if not len(block):
+        return 0, Outcome.COMPLETED, ""
     sizes = plant.world.sizes
     # Clearances are infinite where there is nothing to be clear of; everything else must be a number.
     law = block[:, columns("q", sizes).start : columns("disturbance", sizes).stop]
