@@ -66,7 +66,6 @@ class TestParameters:
     @pytest.mark.parametrize(
         ("change", "check"),
         [
-            (("= 30.0", "= -30.0"), "defaults"),
             (("position error [N/m]", "position error"), "parameters"),
             (('"""Gain of the velocity error [N s/m]."""', ""), "parameters"),
         ],
@@ -74,6 +73,10 @@ class TestParameters:
     def test_a_wrong_one_is_found_by_its_check(self, tmp_path, change, check):
         assert change[0] in LAW
         assert only_wrong(tmp_path, LAW.replace(*change), check_parameters) == [check]
+
+    def test_a_wrong_default_is_refused_before(self, tmp_path):
+        with pytest.raises(PluginError, match="found the default -30.0"):
+            rows(tmp_path, LAW.replace("= 30.0", "= -30.0"), check_parameters)
 
     def test_right_ones_are_told_with_default_and_bounds(self, tmp_path):
         held, words = rows(tmp_path, LAW, check_parameters)["parameters"]
@@ -110,15 +113,15 @@ class TestEstimators:
     @pytest.mark.parametrize(
         ("change", "check"),
         [
-            (("view.belief[robot] =", "view.belief[0] ="), "keeps to its robot"),
+            (("elapsed = ", "r.seen.belief[r.i - 1] += 1.0; elapsed = "), "keeps to its robot"),
             (("self.alpha * error", "-self.alpha * error"), "finds the target"),
-            (("view.belief_fix[robot] = view.time[0]", "view.belief_fix[robot] = view.time[0] + 1"), "times"),
-            (("elapsed = ", "view.belief_covariance[robot, 1] += 1.0; elapsed = "), "covariance"),
-            (("elapsed = ", "view.belief_covariance[robot] *= -1.0; elapsed = "), "covariance"),
-            (("elapsed * speed", "elapsed * np.log(speed)"), "runs"),
-            (("elapsed * speed", "elapsed * float('nan')"), "finite"),
-            (("elapsed = ", "view.seen_position[robot] += 1.0; elapsed = "), "runs"),
-            (("            return\n", "            return 1\n"), "runs"),
+            (("velocity + faster)", "velocity + faster).with_fix(r.time + 1.0)"), "times"),
+            (("elapsed = ", "r.seen.belief_covariance[r.i, 1] += 1.0; elapsed = "), "covariance"),
+            (("elapsed = ", "r.seen.belief_covariance[r.i] *= -1.0; elapsed = "), "covariance"),
+            (("elapsed * r.", "elapsed * np.log(r.belief.position) * r."), "runs"),
+            (("elapsed * r.", "float('nan') * r."), "finite"),
+            (("elapsed = ", "r.seen.seen_position[r.i] += 1.0; elapsed = "), "runs"),
+            (("return r.believe(", "return 1, ("), "runs"),
         ],
     )
     def test_a_wrong_one_is_found_by_its_check(self, compiled, tmp_path, change, check):
@@ -128,8 +131,8 @@ class TestEstimators:
         )
 
     def test_forms_that_differ(self, compiled, tmp_path):
-        wraps = "n = 4_000_000_000\n            speed += (0.9 if n * n < 0 else 1.0) * self.beta"
-        text = ESTIMATOR.replace("speed += self.beta", wraps) + COMPILED
+        wraps = "n = 4_000_000_000\n        faster = (0.9 if n * n < 0 else 1.0) * self.beta"
+        text = ESTIMATOR.replace("faster = self.beta", wraps) + COMPILED
         assert only_wrong(tmp_path, text, check_estimator) == ["forms agree"]
 
 

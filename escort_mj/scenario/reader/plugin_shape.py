@@ -178,7 +178,8 @@ def check_defaults(model: type[Any], place: str) -> None:
     for name, field in model.model_fields.items():
         if field.is_required() and name not in (*vectors, *base.model_fields):
             raise PluginError(f"{place}: the parameter {name} has no default")
-        if name in vars(model).get("__annotations__", {}) and field.default_factory is None:
+        own = name in vars(model).get("__annotations__", {})
+        if own and field.default_factory is None and not field.is_required():
             try:
                 model.__pydantic_validator__.validate_assignment(model.model_construct(), name, field.default)
             except ValidationError as error:
