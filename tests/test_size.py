@@ -1,6 +1,7 @@
 """What `make size` counts."""
 
 import importlib.util
+import tomllib
 from pathlib import Path
 from types import ModuleType
 
@@ -30,10 +31,14 @@ def test_lines_with_nothing_but_words_or_imports_are_no_code(size: ModuleType, t
 def test_a_room_beyond_its_budget_or_without_one_is_told(
     size: ModuleType, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    found = size.sizes()
-    code = found["laws"][0]
-    monkeypatch.setattr(size, "sizes", lambda: {**found, "laws": (code + 10_000, 0), "new": (1, 1)})
+    budgets = tomllib.loads((size.ROOT / "pyproject.toml").read_text())["tool"]["size"]
+    found = {room: (budget, budget) for room, budget in budgets.items()}
+    monkeypatch.setattr(size, "sizes", lambda: found)
+    assert size.main() == 0
+    found |= {"laws": (budgets["laws"] + 10_000, 0), "new": (1, 1)}
+    del found["metrics"]
     assert size.main() == 1
     told = capsys.readouterr().err
-    assert f"laws: found {code + 10_000:,} lines of code; the budget is" in told
+    assert f"laws: found {budgets['laws'] + 10_000:,} lines of code; the budget is {budgets['laws']:,}" in told
     assert "new: found 1 lines of code; the budget is 0" in told
+    assert "metrics: has a budget, and there is no such room" in told
