@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -59,6 +59,7 @@ class Room:
 
 
 BLOCK = 256  # samples between two looks at the state's health
+SHORT = 0.5  # s of a run that is made again rather than read, if its process dies
 LARGEST = 1e10  # control that MuJoCo takes (mjMAXVAL) [N]
 NOT_KEPT = "this run's trace was not kept: ask for traces"
 DIVERGED_BEYOND = 10.0  # times the mission's radius or the farthest start, whichever is larger
@@ -107,7 +108,7 @@ class Flight:
 
 def fly(
     scenario: Scenario,
-    folder: RunFolder | None = None,
+    folder: RunFolder | Callable[[], RunFolder] | None = None,
     progress: Progress | None = None,
     room: Room | None = None,
     *,
@@ -117,7 +118,9 @@ def fly(
 
     Args:
         scenario: A checked scenario.
-        folder: Where to write what came of it, sample by sample; None keeps everything in memory.
+        folder: Where to write what came of it, sample by sample; None keeps everything in memory. A function
+            that makes a folder is called once the run takes longer than `SHORT`; the caller saves one that
+            ends before.
         progress: Called now and then.
         room: Where samples go; what is recorded there lasts until the next mission that gets it.
         interpret: Whether the controller runs as plain Python, see `callback.native_loop`.
@@ -129,18 +132,55 @@ def fly(
     plant = Plant(world)
     if not interpret:
         callbacks(scenario.axes)  # now, so that the clock below times the run alone
-    if folder is not None:
-        begin_folder(folder, scenario, world)
+    written = Written(folder, scenario, world)
     with stopping.deferred():
         clock = time.perf_counter() - waited()
         samples, episodes, outcome, message = _simulate(
-            plant, scenario, folder, progress, room or Room(), interpret
+            plant, scenario, written, progress, room or Room(), interpret
         )
         wall = time.perf_counter() - waited() - clock
-        if outcome is Outcome.INTERRUPTED and (folder is None or not len(samples)):
+        if outcome is Outcome.INTERRUPTED and (written.folder is None or not len(samples)):
             raise KeyboardInterrupt(message)
-        run = conclude(scenario, plant, samples, episodes, outcome, message, wall, folder)
+        run = conclude(scenario, plant, samples, episodes, outcome, message, wall, written.folder)
     return run
+
+
+class Written:
+    """What is on disk of a run under way: all of it, or nothing while it is short.
+
+    Attributes:
+        folder: The run folder; None while there is none.
+    """
+
+    def __init__(
+        self, folder: RunFolder | Callable[[], RunFolder] | None, scenario: Scenario, world: World
+    ) -> None:
+        """Begin a folder that is there; arguments as for `fly`."""
+        self.folder: RunFolder | None = None
+        self._make = folder if callable(folder) else None
+        self._scenario, self._world = scenario, world
+        self._began = time.perf_counter()
+        if folder is not None and not callable(folder):
+            self._begin(folder)
+
+    def _begin(self, folder: RunFolder) -> None:
+        begin_folder(folder, self._scenario, self._world)
+        self.folder = folder
+
+    def append(self, samples: Array, start: int, episodes: Sequence[Array], plant: Plant) -> None:
+        """Write what is new.
+
+        Args:
+            samples: All so far, shape (k, record_size).
+            start: The first that is new.
+            episodes: Contact episodes that ended, block by block, the last new.
+            plant: What simulates.
+        """
+        if self.folder is not None:
+            self.folder.append(samples[start:], episodes[-1], plant.under_way())
+        elif self._make is not None and time.perf_counter() - self._began > SHORT:
+            self._begin(folder := self._make())
+            folder.append(samples, np.vstack(episodes), plant.under_way())
 
 
 def begin_folder(folder: RunFolder, scenario: Scenario, world: World) -> None:
@@ -234,7 +274,7 @@ def failed(scenario: Scenario, error: Exception) -> Flight:
 def _simulate(
     plant: Plant,
     scenario: Scenario,
-    folder: RunFolder | None,
+    written: Written,
     progress: Progress | None,
     room: Room,
     interpret: bool,
@@ -257,8 +297,7 @@ def _simulate(
             kept, ended, outcome, message = take(plant, samples[start : start + BLOCK], bound)
             episodes.append(ended)
             done = start + kept
-            if folder is not None:
-                folder.append(samples[start:done], episodes[-1], plant.under_way())
+            written.append(samples[:done], start, episodes, plant)
             reached = float(samples[done - 1, TIME]) if done else 0.0
             if outcome is Outcome.COMPLETED and (signal := stopping.asked()):
                 outcome, message = Outcome.INTERRUPTED, f"interrupted by {signal} at {reached:.2f} s"

@@ -18,7 +18,7 @@ from escort_mj.scenario import load_file
 from escort_mj.scenario.reader.load import expectation_lines
 from escort_mj.study.checked import BROKEN, GOOD, Case, Checked, with_faults_once
 from escort_mj.study.engine.parallel import cores, side_by_side
-from escort_mj.study.engine.work import fly_keeping
+from escort_mj.study.engine.work import fly_keeping, kept_of
 
 Progress = Callable[[float, float], None]
 Clip = Callable[[Path], Path]
@@ -85,7 +85,7 @@ def crashed(task: CheckJob, cause: str) -> Checked:
         words += " (a plugin that crashes, no memory, a full disk?)"
     folder = None if task.folder is None else free_place(task.folder, CHECK)
     kept = folder if folder is not None and folder.is_dir() else None
-    return Checked(task.case, seed=task.case.seed, error=words, folder=kept)
+    return Checked(task.case, seed=task.case.seed, error=words + kept_of(kept), folder=kept)
 
 
 def perform_check(task: CheckJob) -> Checked:

@@ -5,16 +5,17 @@ from __future__ import annotations
 import shutil
 import threading
 import time
+from contextlib import ExitStack
 from dataclasses import asdict
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from escort_mj import stopping
-from escort_mj.errors import EscortError
+from escort_mj.errors import EscortError, RunFolderError
 from escort_mj.measuring import measure_over
 from escort_mj.mission import Flight, Room, fly, save
-from escort_mj.record.folder import STUDY, RunFolder
+from escort_mj.record.folder import STUDY, RunFolder, is_run, read_run
 from escort_mj.record.outcome import Outcome
 from escort_mj.record.window import Span
 from escort_mj.scenario import Scenario, dump_scenario
@@ -67,30 +68,38 @@ def _template(text: str, source: str) -> Template:
 
 
 def fly_keeping(scenario: Scenario, folder: Path | None, made_by: str, always: bool = False) -> Flight:
-    """Run a scenario in memory, and keep it in a folder if a verdict fails.
+    """Run a scenario, and keep it in a folder if a verdict fails.
 
-    What calls plugins writes its folder on the way: they may take the process with them.
+    What calls plugins, or takes long, writes its folder on the way: its process may die.
 
     Args:
         scenario: What to run.
         folder: Its run folder, removed if the run passes; None keeps nothing.
         made_by: As for `RunFolder.create`.
         always: Whether a run that passes is kept, too.
+
+    Raises:
+        KeyboardInterrupt: If it was interrupted; a folder that was begun holds the run as far as it came.
     """
     if folder is None:
         return fly(scenario, room=_room())
-    if always or catalog_of(scenario).plugins:
-        with RunFolder.create(folder, made_by) as writing:
-            run = fly(scenario, writing, room=_room())
-    else:
+    begun: list[RunFolder] = []
+    with ExitStack() as stack:
+
+        def begin() -> RunFolder:
+            if not begun:
+                begun.append(stack.enter_context(RunFolder.create(folder, made_by)))
+            return begun[0]
+
         try:
-            run = fly(scenario, room=_room())
+            run = fly(scenario, begin() if catalog_of(scenario).plugins else begin, room=_room())
         except Exception:
-            with RunFolder.create(folder, made_by):  # it says what broke
-                raise
-        if not run.passed:
-            with RunFolder.create(folder, made_by) as kept:
-                save(kept, run)
+            begin()  # it says what broke
+            raise
+        if run.outcome is Outcome.INTERRUPTED:
+            raise KeyboardInterrupt(run.message)
+        if not begun and (always or not run.passed):
+            save(begin(), run)
     if run.passed and not always:
         shutil.rmtree(folder, ignore_errors=True)
     return run
@@ -137,8 +146,11 @@ def perform(job: Job) -> Row:
 
 
 def row_of_nothing(job: Job, outcome: str, message: str, wall_time: float) -> Row:
-    """The row of a run that came to nothing."""
-    return Row(job.key, job.seed, job.settings, outcome, message, False, 0.0, wall_time, [], "", {}, {})
+    """The row of a run that came to nothing; what it left on disk is kept."""
+    left = job.folder is not None and is_run(job.folder)
+    folder = f"{RUNS}/{job.folder.name}" if job.folder is not None and left else None
+    how = outcome, message, False, 0.0, wall_time
+    return Row(job.key, job.seed, job.settings, *how, [], "", {}, {}, folder)
 
 
 def killed(job: Job, cause: str = "") -> Row:
@@ -149,4 +161,14 @@ def killed(job: Job, cause: str = "") -> Row:
         cause: What they died of, if that is known.
     """
     words = f"its worker process died, time and again{cause and f': {cause}'}"
-    return row_of_nothing(job, Outcome.KILLED.value, words, 0.0)
+    return row_of_nothing(job, Outcome.KILLED.value, f"{words}{kept_of(job.folder)}", 0.0)
+
+
+def kept_of(folder: Path | None) -> str:
+    """Say what the folder of a run holds whose process died, and write there that it did."""
+    if folder is None or not is_run(folder):
+        return ""
+    try:
+        return f"; {folder} holds it up to {float(read_run(folder).trace['time'][-1]):.2f} s"
+    except (RunFolderError, IndexError):
+        return f"; {folder} holds no sample of it"
