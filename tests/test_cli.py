@@ -111,7 +111,7 @@ def test_a_failed_verdict(command) -> None:
         (("fly", "five.yaml"), "No such command"),
         (("compare", "five.yaml", "--laws", "amsc"), 'did you mean "asmc"?'),
         (("compare", "five.yaml", "--seeds", "0"), "--seeds"),
-        (("reproduce", "--only", "5", "--docs", "none.md"), "the docs hold the whole table"),
+        (("reproduce", "--only", "4"), "there is no such figure; those of the paper are 5 to 17"),
         (("show", "."), "run folder"),
         (("run", "five.yaml", "--out", "."), "holds files but no run"),
     ],

@@ -67,13 +67,10 @@ def test_many_runs(answer, tmp_path: Path) -> None:
 
 
 def test_a_reproduction(answer, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    (tmp_path / "table.json").write_text('[{"claim": 1}]')
-    made = SimpleNamespace(lines=["one line"], written=["table.json"], stated=True)
-    monkeypatch.setattr("escort_mj.study.compare.reproduce.reproduce_paper", lambda *_: made)
+    (tmp_path / "expect.json").write_text('[{"claim": 1}]')
+    made = SimpleNamespace(lines=["one line"], written=["expect.json"], passed=True, folder=tmp_path)
+    monkeypatch.setattr("escort_mj.api.studies.reproduce", lambda *_, **__: made)
     assert answer("reproduce", "--out", ".")["result"] == [{"claim": 1}]
-    (tmp_path / "table.md").write_text("# Claims: ± 2 %\n", encoding="utf-8")
-    answer("reproduce", "--out", ".", "--docs", "page.md")
-    assert (tmp_path / "page.md").read_bytes() == (tmp_path / "table.md").read_bytes()
 
 
 def test_around_runs(answer) -> None:

@@ -22,7 +22,6 @@ if TYPE_CHECKING:
     import pandas
 
     from escort_mj.record.window import Span
-    from escort_mj.study.compare.runs import Findings
     from escort_mj.study.sweeps.design import Design
 
 ShowProgress = bool | Progress | None
@@ -254,41 +253,59 @@ def reproduce(
     again: bool = False,
     progress: ShowProgress = None,
 ) -> StudyResult:
-    """Reproduce the paper's simulations and figures, and check its claims.
+    """Reproduce the paper's simulations and figures, and check its claims: the study `studies/paper`.
 
     Args:
-        only: Figures, 5 to 17 or `laws`; empty for all.
+        only: Figures, 5 to 17; empty for all.
         out: Folder of results; None for `renders/reproduction`.
         workers: Number of processes; None for one per core.
         again: Whether to repeat existing runs.
         progress: As for `sweep`.
 
     Returns:
-        A table with one row per claim: section, figures, claim, rule, and whether the claim holds.
+        A table with one row per claim: claim, source, rule, and whether the claim holds.
 
     Raises:
         UsageError: If there is no such figure, or if a folder contains other files.
         KeyboardInterrupt: On an interrupt; completed runs are kept, and the same call continues.
     """
+    from escort_mj.errors import UsageError
     from escort_mj.record.files import read_json
-    from escort_mj.report.reproduction import draw_reproduction
-    from escort_mj.study.compare.reproduce import reproduce_paper
+    from escort_mj.record.outcome import FINAL
+    from escort_mj.report.pages.study_page import PAGE, write_study_page
+    from escort_mj.study.engine import backends
+    from escort_mj.study.sweeps.judged import FILES, JSON, judge_cells, judged_lines
+    from escort_mj.study.sweeps.results import open_results
+    from escort_mj.study.sweeps.sweep import TABLE, sweep_design, sweep_line
 
     folder = Path(out) if out is not None else Path("renders") / "reproduction"
-    wanted = [str(each) for each in only]
-    with (
-        stopping.keeping(lambda: kept_words(folder)),
-        shown_progress("reproducing", " steps", progress) as update,
-    ):
-        found = reproduce_paper(scenarios_folder(), folder, draw_reproduction, wanted, workers, again, update)
-    document = read_json(folder / "table.json")
+    design, _, count = _lay_out("studies/paper", folder, workers)
+    known = {shown.name: shown for shown in design.study.figures}
+    words = [word.strip() for text in only for word in str(text).split(",") if word.strip()]
+    names = [f"fig{int(word):02d}" if word.isdigit() else word for word in words]
+    if unknown := [word for word, name in zip(words, names, strict=True) if name not in known]:
+        raise UsageError(
+            f"--only {', '.join(unknown)}: there is no such figure; those of the paper are 5 to 17"
+        )
+    cells = (
+        None if not names else {index for name in names for index in design.cells_where(known[name].where)}
+    )
+    with backends.local(count) as where, shown_progress("reproducing", " runs", progress) as update:
+        done = sweep_design(design, folder, where, count, True, update, again, cells)
+    results = open_results(folder)
+    with stopping.keeping(lambda: kept_words(folder)):
+        write_study_page(folder, formats=("png",))
+    lines = [sweep_line(design.study.study, done), *judged_lines(judge_cells(results))]
+    stated = all(row.outcome in FINAL for row in results.rows.values())
+    document = read_json(folder / JSON)
 
     def read() -> pandas.DataFrame:
         import pandas
 
-        return pandas.DataFrame(document["claims"], columns=["section", "figures", "claim", "rule", "holds"])
+        return pandas.DataFrame(document["claims"], columns=["claim", "source", "rule", "holds"])
 
-    return _of_findings("reproduction", folder, found, read)
+    written = [*FILES, TABLE, PAGE, "figures/"]
+    return StudyResult("reproduction", folder, lines, written, stated, done, read)
 
 
 @checked
@@ -399,12 +416,6 @@ def kept_words(folder: Path) -> str:
 def _names(given: Sequence[str]) -> Sequence[str]:
     """Names that were given: several, or one text with commas between them."""
     return [given] if isinstance(given, str) else given
-
-
-def _of_findings(
-    name: str, folder: Path, found: Findings, read: Callable[[], pandas.DataFrame]
-) -> StudyResult:
-    return StudyResult(name, folder, found.lines, found.written, found.stated, found, read)
 
 
 def _table_of(path: Path) -> Callable[[], pandas.DataFrame]:

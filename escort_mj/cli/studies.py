@@ -57,34 +57,26 @@ def _get_ready(workers: int | None) -> None:
 def reproduce_command(
     only: Annotated[
         list[str] | None,
-        typer.Option(metavar="FIG", help="Figure to reproduce: 5 to 17, or laws; repeatable."),
+        typer.Option(metavar="FIG", help="Figure to reproduce, 5 to 17; repeatable."),
     ] = None,
     out: Annotated[Path, typer.Option(help="Folder for runs, figures and table.")] = Path(
         "renders/reproduction"
     ),
     workers: WorkersOption = None,
-    docs: Annotated[
-        Path | None, typer.Option(hidden=True, help="Also write the table to this Markdown file.")
-    ] = None,
     again: AgainOption = False,
     as_json: JsonOption = False,
 ) -> None:
-    """Reproduce the paper's simulations and figures, and check its claims.
+    """Reproduce the paper's simulations and figures, and check its claims: the study studies/paper.
 
     The run folders of all figures take 0.5 GB, because each contains its trace; with --only, they take less.
 
     Example: escort-mj reproduce --only 5 --only 6
     """
     from escort_mj.api import studies
-    from escort_mj.record.files import write_text
 
-    if docs is not None and only:
-        raise UsageError("--docs: the docs hold the whole table; leave --only out")
-    with progress_bar("reproducing", " steps") as progress:
+    with progress_bar("reproducing", " runs") as progress:
         result = studies.reproduce(only or (), out, workers=workers, again=again, progress=progress or False)
-    if docs is not None:
-        write_text(docs, (result.folder / "table.md").read_text(encoding="utf-8"))
-    _finish("reproduce", as_json, result, "table.json", GOOD if result.passed else BROKEN)
+    _finish("reproduce", as_json, result, "expect.json", GOOD if result.passed else BROKEN)
 
 
 @app.command("compare")

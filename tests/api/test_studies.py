@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-import json
-from inspect import signature
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import escort_mj
-from escort_mj.study.compare.runs import Findings
 from escort_mj.study.sweeps.definition import load_study
 
 SCENARIO = """
@@ -77,30 +74,6 @@ def test_tuning_and_falsifying_are_tables(study: str) -> None:
     assert best.controller.slope == pytest.approx(tuned.found.best.point["controller.slope"])
     nothing = escort_mj.falsify(study, "searched", workers=1)
     assert nothing.passed and nothing.table.empty and nothing.lines[0].startswith("nothing found in")
-
-
-def test_claims_of_the_paper_are_a_table(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    asked = []
-
-    def reproduced(scenarios: Path, out: Path, draw: object, only: list[str], *rest: object) -> Findings:
-        asked.extend(only)
-        out.mkdir()
-        claim = {"section": "4", "figures": "5", "claim": "it settles", "rule": "in time", "holds": "yes"}
-        (out / "table.json").write_text(json.dumps({"claims": [claim | {"readings": {}}]}))
-        return Findings(["one claim"], [], True)
-
-    monkeypatch.setattr("escort_mj.study.compare.reproduce.reproduce_paper", reproduced)
-    result = escort_mj.reproduce([5, "laws"], tmp_path / "out", workers=1)
-    assert asked == ["5", "laws"] and result.lines == ["one claim"]
-    assert result.table.to_dict("records") == [
-        {"section": "4", "figures": "5", "claim": "it settles", "rule": "in time", "holds": "yes"}
-    ]
-
-
-def test_what_only_the_docs_need_is_no_argument() -> None:
-    for function in (escort_mj.compare, escort_mj.reproduce):
-        assert not {"docs", "page"} & set(signature(function).parameters)
-        assert "docs" not in str(function.__doc__)
 
 
 def test_a_study_may_be_a_mapping(study: str) -> None:

@@ -25,6 +25,7 @@ from escort_mj.report.pages.study_tables import (
     write_tables,
 )
 from escort_mj.study.sweeps.design import Planned
+from escort_mj.study.sweeps.judged import rows_of, write_judged
 from escort_mj.study.sweeps.quantities import COLLIDED, COMPLETED, PASSED
 from escort_mj.study.sweeps.results import Results, open_results
 from escort_mj.study.sweeps.statistics import proportion_of
@@ -79,6 +80,8 @@ def _parts(
     }
     if not results.rows:
         return parts
+    judged = write_judged(results, folder) if results.expect else []
+    head, claims = rows_of(judged)
     shown = results.shown()
     factor = results.compared(compare)
     runs = failed_runs(results)
@@ -86,6 +89,12 @@ def _parts(
     compared = comparisons(results, factor, shown)
     write_tables([rates, values, *([compared] if compared else [])], folder, Path(CELLS).stem)
     return parts | {
+        "claims": Table(
+            "What is expected of cells",
+            [(words, "") for words in head],
+            [[Text(cell.strip("*")) for cell in row] for row in claims],
+            sortable=False,
+        ),
         "rates": rates,
         "values": values,
         "rest": [name for name in results.known(results.metrics) if name not in shown],

@@ -107,7 +107,7 @@ class Evaluator:
                     self.design.scenario(cell, moved)
                 except ScenarioError:
                     return None
-                template = self.design.template
+                template = self.design.template_of(cell)
                 key = self.design.key(cell, moved)
                 given = key, moved, cell.settings, template.text, template.source, None, False
                 jobs.append(Job(*given, self.design.measured()))

@@ -163,19 +163,20 @@ class _Hunt:
 def _write(evaluator: Evaluator, number: int, words: str, point: Point, folder: Path) -> Counterexample:
     """Shrinks a point, writes its scenario, and makes its run."""
 
-    def failing(candidate: Point) -> Row | None:
+    def failing(candidate: Point) -> int | None:
         rows = evaluator([candidate])[0] or ()
         duration = evaluator.scenario(candidate).duration if rows else 0.0
-        return next((row for row in rows if words in broken_by([row], duration)), None)
+        broken = (place for place, row in enumerate(rows) if words in broken_by([row], duration))
+        return next(broken, None)
 
     base = {key: base_of(evaluator.design, key) for key in point}
     small = shrink(point, base, lambda candidate: failing(candidate) is not None)
-    row = failing(small)
-    assert row is not None, "what is shrunk fails still"
-    study = evaluator.design.study.study
+    place = failing(small)
+    assert place is not None, "what is shrunk fails still"
+    study, seeds = evaluator.design.study.study, evaluator.design.seeds
     path = folder / f"{study}_{number}.yaml"
-    cell = evaluator.design.template.scenario(row.settings | {"seed": row.seed})
-    scenario = evaluator.write(path, small, cell, f"Found by escort-mj falsify {study}: {words}")
+    own = evaluator.scenario(small, place // len(seeds), seeds[place % len(seeds)])
+    scenario = evaluator.write(path, small, own, f"Found by escort-mj falsify {study}: {words}")
     with RunFolder.create(folder / scenario.name, STUDY) as kept:
         run = fly(scenario, kept)
     failed = [verdict.message for verdict in run.verdicts if not verdict.passed]

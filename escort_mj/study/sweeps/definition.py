@@ -29,6 +29,7 @@ from escort_mj.scenario.reader.load import read_text, tuples
 from escort_mj.scenario.reader.plain import document_of
 from escort_mj.scenario.schema.fields import LABEL, PATTERNS, RUN_NAME
 from escort_mj.scenario.schema.scenario import Scenario
+from escort_mj.study.sweeps.expected import CellsExpectation, KeptFigure
 from escort_mj.study.sweeps.parameters import NAME, names_in_braces
 from escort_mj.study.sweeps.quantities import ChosenMetric, MetricOver
 from escort_mj.study.sweeps.ranges import Draw, Levels, Range, Steps
@@ -36,6 +37,7 @@ from escort_mj.study.sweeps.searches import Falsify, Tune
 
 MOST_CELLS = 10_000  # each is tried before anything runs, 10 ms
 MOST_RUNS = 1_000_000  # laid out at once, half a kilobyte each
+SCENARIO = "scenario"  # of a case
 PARAMETER = rf"^{NAME}$"
 PATTERNS[PARAMETER] = "small letters, digits and _, a letter first"
 
@@ -75,17 +77,19 @@ class Study(Parameters):
     """Version of this format."""
     description: Annotated[str, Field(max_length=4000, pattern=TEXT)] = ""
     """What the study is to find out."""
-    scenario: str
-    """A scenario file beside this one, or the name of a shipped scenario."""
+    scenario: str = ""
+    """A scenario file beside this one, or the name of a shipped scenario; empty: each case names its own."""
     parameters: dict[Annotated[str, Field(pattern=PARAMETER)], float] = {}
     """Numbers by name: where a value of `set` or `cases` has the name in braces, as in "{amplitude}*sin(t)",
     it gets the number; what is varied or searched may name them like scenario keys."""
     set: dict[str, Any] = {}
     """Scenario keys and the value that they have in every run."""
     cases: Annotated[dict[Annotated[str, Field(pattern=LABEL)], dict[str, Any]], Field(max_length=1000)] = {}
-    """Named alternatives, each a table of scenario keys and values."""
+    """Named alternatives, each a table of scenario keys and values; `scenario` among them is the case's own
+    scenario, in place of the study's."""
     vary: Annotated[dict[str, Levels], Field(max_length=16)] = {}
-    """Scenario keys and their values, a list or evenly spread; every combination is a cell."""
+    """Scenario keys and their values, a list or evenly spread; or what you like, and named alternatives, each
+    a table of scenario keys and values. Every combination is a cell."""
     sample: Sample | None = None
     """Points drawn from ranges, beside the combinations above."""
     seeds: Annotated[int, Field(ge=1, le=100_000)] = 1
@@ -99,6 +103,12 @@ class Study(Parameters):
     quantities: Annotated[tuple[ChosenMetric, ...], Field(max_length=40)] = ()
     """What tables and figures of the study show: metrics by name, or tables that also say over which part of
     each run; empty: the usual ones, and those that expectations bound."""
+    expect: Annotated[tuple[CellsExpectation, ...], Field(max_length=200)] = ()
+    """What is expected of cells, beside what scenarios expect of their runs."""
+    apart: str = ""
+    """Factor whose levels are judged each by itself; an answer then says in which of them a claim holds."""
+    figures: Annotated[tuple[KeptFigure, ...], Field(max_length=100)] = ()
+    """Figures of kept runs side by side, beside those that a report draws of any study."""
     tune: Tune | None = None
     """What `escort-mj tune` does with the study's cells and seeds."""
     falsify: Falsify | None = None
@@ -111,6 +121,8 @@ class Study(Parameters):
             tables += [(("tune", "objectives"), self.tune.objectives), (("tune", "bounds"), self.tune.bounds)]
         for path, table in tables:
             yield from (((*path, place), one) for place, one in enumerate(table))
+        for place, claim in enumerate(self.expect):
+            yield from ((("expect", place, *path), one) for path, one in claim.asked())
 
 
 class StudyFile:
@@ -216,13 +228,13 @@ def _written(data: Mapping[str, Any]) -> str:
 
 def _findings(study: Study) -> list[Finding]:
     """What is wrong between the keys of a study."""
-    found = [*_key_findings(study), *_parameter_findings(study)]
+    found = [*_scenario_findings(study), *_key_findings(study), *_parameter_findings(study)]
     for where, table in ((("vary",), study.vary), (("sample", "over"), draws_of(study))):
         found += [Finding((*where, key), "has no values") for key, values in table.items() if values == ()]
     for key, levels in study.vary.items():
         if isinstance(levels, Range):
             found += levels.findings(("vary", key))
-        else:
+        elif isinstance(levels, tuple):
             again = next((place for place, value in enumerate(levels) if _among(value, levels[:place])), None)
             if again is not None:
                 found.append(
@@ -238,12 +250,26 @@ def _findings(study: Study) -> list[Finding]:
         for key, bounds in box.items():
             found += bounds.findings((*path, key)) if isinstance(bounds, Range) else ()
     found += list(study.tune.findings()) if study.tune is not None else []
+    found += list(_expectation_findings(study))
     keys = [one.key for one in study.quantities]
     for place, one in enumerate(study.quantities):
         found += one.findings(("quantities", place))
         if one.key in keys[:place]:
             found.append(Finding(("quantities", place), f"{one.key} is in the list already"))
     return found or list(_size_findings(study))
+
+
+def _expectation_findings(study: Study) -> Iterator[Finding]:
+    """What is wrong with what is expected of cells, and with figures of them."""
+    for place, claim in enumerate(study.expect):
+        yield from claim.findings(("expect", place))
+    names = [shown.name for shown in study.figures]
+    for place, name in enumerate(names):
+        if name in names[:place]:
+            yield Finding(("figures", place, "name"), f"{name} is in the list already")
+    if study.figures and study.traces == "none":
+        words = "found none; figures of runs need those that are kept: failed or all"
+        yield Finding(("traces",), words)
 
 
 def _among(value: Any, others: Sequence[Any]) -> bool:
@@ -260,8 +286,8 @@ def _same(one: Any, other: Any) -> bool:
     return bool(one == other and isinstance(one, bool) == isinstance(other, bool))
 
 
-def values_of(levels: tuple[Any, ...] | Steps) -> list[Any]:
-    """The values of one factor."""
+def values_of(levels: tuple[Any, ...] | Steps | dict[str, Any]) -> list[Any]:
+    """The values of one factor, or the names of its alternatives."""
     return levels.values() if isinstance(levels, Steps) else list(levels)
 
 
@@ -295,23 +321,44 @@ def _boxes(study: Study) -> Iterator[tuple[Path, Mapping[str, tuple[Any, ...] | 
             yield (name, "over"), part.over
 
 
+def _alternatives(study: Study) -> Iterator[tuple[Path, str, Any]]:
+    """Every key that a named alternative sets, where, and its value."""
+    named = {key: levels for key, levels in study.vary.items() if isinstance(levels, dict)}
+    for path, tables in ((("cases",), study.cases), *((("vary", key), one) for key, one in named.items())):
+        for name, table in tables.items():
+            for key, value in table.items():
+                if path != ("cases",) or key != SCENARIO:
+                    yield (*path, name, key), key, value
+
+
+def _scenario_findings(study: Study) -> Iterator[Finding]:
+    """Cases without a scenario."""
+    for name, case in study.cases.items():
+        if not isinstance(case.get(SCENARIO, ""), str):
+            yield Finding(("cases", name, SCENARIO), f"found {shown(case[SCENARIO])}; expected a scenario")
+        elif not study.scenario and SCENARIO not in case:
+            yield Finding(("cases", name), "has no scenario, and neither has the study", at_key=True)
+    if not study.scenario and not study.cases:
+        yield Finding(("study",), "has no scenario; scenario: main names one")
+
+
 def _key_findings(study: Study) -> Iterator[Finding]:
     """Keys that are none, that are not a study's to set, or that are varied twice."""
-    seen: dict[str, str] = {}
+    seen: dict[str, Path] = {}
     tables: list[tuple[Path, str]] = [(("set", key), key) for key in study.set]
-    tables += [(("vary", key), key) for key in study.vary]
+    tables += [(("vary", key), key) for key, levels in study.vary.items() if not isinstance(levels, dict)]
     tables += [((*path, key), key) for path, box in _boxes(study) for key in box]
-    tables += [(("cases", name, key), key) for name, case in study.cases.items() for key in case]
+    tables += [(path, key) for path, key, _ in _alternatives(study)]
     for path, key in tables:
         searched = path[0] in ("tune", "falsify")
         if parse_key_path(key) is None:
             yield Finding(path, "is no key path of a scenario, such as robots.mass", at_key=True)
         elif key in ("name", "version") or (key == "seed" and path[0] != "falsify"):
             yield Finding(path, f"{key} cannot be varied; seeds and first_seed say which", at_key=True)
-        elif path[0] in ("vary", "sample") and key in seen:
-            yield Finding(path, f"is given in {seen[key]} too", at_key=True)
+        elif path[0] in ("vary", "sample") and key in seen and seen[key][:2] != path[:2]:
+            yield Finding(path, f"is given in {key_path(seen[key][:-1])} too", at_key=True)
         if not searched:
-            seen.setdefault(key, key_path(path[:-1]))
+            seen.setdefault(key, path)
 
 
 def _parameter_findings(study: Study) -> Iterator[Finding]:
@@ -320,7 +367,7 @@ def _parameter_findings(study: Study) -> Iterator[Finding]:
         if name in Scenario.model_fields:
             yield Finding(("parameters", name), "is a key of scenarios; choose another name", at_key=True)
     values: list[tuple[Path, Any]] = [(("set", key), value) for key, value in study.set.items()]
-    values += [(("cases", name, key), v) for name, case in study.cases.items() for key, v in case.items()]
+    values += [(path, value) for path, _, value in _alternatives(study)]
     for key, draw in draws_of(study).items():
         if not isinstance(draw, Range):
             values += [(("sample", "over", key), draw)]
@@ -346,4 +393,15 @@ def _parameter_findings(study: Study) -> Iterator[Finding]:
             yield Finding(path, words, at_key=True)
 
 
-__all__ = ["Limit", "Range", "Sample", "Scenario", "Steps", "Study", "StudyFile", "is_study", "load_study"]
+__all__ = [
+    "SCENARIO",
+    "Limit",
+    "Range",
+    "Sample",
+    "Scenario",
+    "Steps",
+    "Study",
+    "StudyFile",
+    "is_study",
+    "load_study",
+]

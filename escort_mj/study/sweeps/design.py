@@ -7,7 +7,7 @@ import json
 import math
 import os
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cache
 from importlib.metadata import version
@@ -29,7 +29,7 @@ from escort_mj.scenario.reader.dump import flow
 from escort_mj.scenario.reader.load import Template, read_text
 from escort_mj.scenario.reader.plugins import placed_in
 from escort_mj.scenario.schema.scenario import Physics, Recording, Scenario
-from escort_mj.study.sweeps.definition import Sample, Study, StudyFile, values_of
+from escort_mj.study.sweeps.definition import SCENARIO, Sample, Study, StudyFile, values_of
 from escort_mj.study.sweeps.parameters import filled
 from escort_mj.study.sweeps.quantities import Measured
 from escort_mj.study.sweeps.ranges import drawn
@@ -37,6 +37,7 @@ from escort_mj.world.model.parts import models_folder
 
 AROUND = {"cli", "conformance", "environments", "report", "study", "view"}  # rooms that no run comes from
 CASE, SAMPLE = "case", "point"
+MOST_BESIDE = 4  # runs in one figure
 MOST_FAULTS = 20
 Point = tuple[dict[str, Any], dict[str, Any]]
 """Number of a drawn point, and its values by key."""
@@ -50,10 +51,12 @@ class Cell(NamedTuple):
     Attributes:
         labels: What tells it from other cells: the case's name, values by key, number of the drawn point.
         settings: Scenario keys and values, in the order in which they are set.
+        scenario: What the study calls the scenario that they are set in.
     """
 
     labels: dict[str, Any]
     settings: dict[str, Any]
+    scenario: str = ""
 
 
 class Clock(NamedTuple):
@@ -88,6 +91,7 @@ class Design:
     Attributes:
         study: What the file says.
         cells: In the order of the file: cases, then combinations, then drawn points.
+        templates: The scenarios that it names, by what it calls them.
         factors: What is varied: `case` and scenario keys.
     """
 
@@ -103,9 +107,7 @@ class Design:
             ScenarioError: With every cell that is impossible, by its place in the study.
         """
         self.file, self.study = file, file.study
-        path = _scenario_path(file, shipped)
-        self.template = Template(read_text(path), str(path))
-        self._folder = path.parent
+        self.templates = {name: _template(file, shipped, name, place) for name, place in _named(file.study)}
         self.cells = tuple(_cells(file))
         self.factors = [CASE] * bool(self.study.cases) + list(self.study.vary)
         if self.study.sample is not None:
@@ -114,6 +116,7 @@ class Design:
         self.seeds = tuple(range(first, first + self.study.seeds))
         self._try_cells()
         self._check_metrics()
+        self._check_levels()
 
     def scenario(self, cell: Cell, seed: int | None = None) -> Scenario:
         """The checked scenario of a cell, with a seed or with its own.
@@ -121,7 +124,11 @@ class Design:
         Raises:
             ScenarioError: If it is impossible.
         """
-        return self.template.scenario(cell.settings | ({} if seed is None else {"seed": seed}))
+        return self.template_of(cell).scenario(cell.settings | ({} if seed is None else {"seed": seed}))
+
+    def template_of(self, cell: Cell) -> Template:
+        """The scenario of a cell before what the cell sets."""
+        return self.templates[cell.scenario]
 
     def runs(self) -> Iterator[Planned]:
         """Every run, seed by seed through all cells: a study that is cut short has all cells alike."""
@@ -146,14 +153,15 @@ class Design:
         return _with_seed(self._digest(cell), seed)
 
     def _digest(self, cell: Cell) -> hashlib._Hash:
-        digest = _digest(self.template.overridden(cell.settings), self._folder)
+        template = self.template_of(cell)
+        digest = _digest(template.overridden(cell.settings), Path(template.source).parent)
         if measured := self.measured():
             digest.update(json.dumps(measured).encode())
         return digest
 
     def clock(self, cell: Cell) -> Clock:
         """How often a cell's runs are looked at."""
-        data = self.template.overridden(cell.settings)
+        data = self.template_of(cell).overridden(cell.settings)
         physics, recording = (data.get(name) or {} for name in ("physics", "recording"))
         timestep = physics.get("timestep", Physics().timestep)
         return Clock(timestep, 1.0 / recording.get("rate", Recording().rate))
@@ -164,8 +172,8 @@ class Design:
         return 0 if sample is None or sample.paired else int(cell.labels[SAMPLE]) * len(self.seeds)
 
     def _own_seed(self) -> int:
-        """The scenario's own seed; what is wrong with it shows when cells are tried."""
-        seed = self.template.overridden().get("seed", 0)
+        """The first scenario's own seed; what is wrong with it shows when cells are tried."""
+        seed = next(iter(self.templates.values())).overridden().get("seed", 0)
         return seed if isinstance(seed, int) else 0
 
     def __len__(self) -> int:
@@ -233,6 +241,48 @@ class Design:
         if faults:
             raise ScenarioError(faults)
 
+    def cells_where(self, where: Mapping[str, Any]) -> list[int]:
+        """Numbers of cells, see `cells_where`."""
+        return cells_where(self.cells, where)
+
+    def _check_levels(self) -> None:
+        """Check that factors and levels by which expectations and figures choose cells exist.
+
+        Raises:
+            ScenarioError: With each that does not.
+        """
+        study = self.study
+        chosen: list[tuple[tuple[str | int, ...], Mapping[str, Any]]]
+        chosen = [(("expect", place, "where"), claim.where) for place, claim in enumerate(study.expect)]
+        chosen += [
+            (("expect", place, "better", "than"), claim.better.than)
+            for place, claim in enumerate(study.expect)
+            if claim.better is not None
+        ]
+        chosen += [(("figures", place, "where"), shown.where) for place, shown in enumerate(study.figures)]
+        faults = []
+        for path, where in chosen:
+            for name, levels in where.items():
+                known = list(dict.fromkeys(word(cell.labels.get(name)) for cell in self.cells))
+                for level in levels if isinstance(levels, list | tuple) else [levels]:
+                    if name not in self.factors:
+                        words = f"is no factor; this study varies {listed(self.factors)}"
+                        faults.append(self.file.fault(words + did_you_mean(name, self.factors), *path, name))
+                        break
+                    if word(level) not in known:
+                        words = f"found {_short(level)}; the levels are {listed(known)}"
+                        faults.append(self.file.fault(words + did_you_mean(word(level), known), *path, name))
+        if study.apart and study.apart not in self.factors:
+            words = f"found {shortened(study.apart)}; this study varies {listed(self.factors) or 'nothing'}"
+            faults.append(self.file.fault(words, "apart"))
+        for place, shown in enumerate(study.figures):
+            count = len(self.cells_where(shown.where))
+            if not faults and not 0 < count <= MOST_BESIDE:
+                words = f"chooses {count} cells; a figure has room for 1 to {MOST_BESIDE}"
+                faults.append(self.file.fault(words, "figures", place, "where"))
+        if faults:
+            raise ScenarioError(faults[:MOST_FAULTS])
+
     def own_metrics(self) -> list[Metric]:
         """Metrics that the plugins of its scenarios bring."""
         one_each = {str(cell.settings.get("plugins")): cell for cell in reversed(self.cells)}
@@ -257,8 +307,10 @@ class Design:
                     placed = replace(placed, key=fault.key or key, message=fault.message)
                 return placed
         words = ", ".join(f"{name} = {_short(value)}" for name, value in cell.labels.items())
-        message = f"{self.template.source}: {fault.key}: {fault.message}"
-        return self.file.fault(f"with {words}: {message}" if words else message, "scenario")
+        message = f"{self.template_of(cell).source}: {fault.key}: {fault.message}"
+        case = cell.labels.get(CASE, "")
+        own = ("cases", case, SCENARIO) if SCENARIO in self.study.cases.get(case, {}) else (SCENARIO,)
+        return self.file.fault(f"with {words}: {message}" if words else message, *own)
 
 
 def _digest(data: Mapping[str, Any], folder: Path) -> hashlib._Hash:
@@ -308,26 +360,51 @@ def word(value: Any) -> str:
     return value if isinstance(value, str) else flow(value)
 
 
-def _scenario_path(file: StudyFile, shipped: Path) -> Path:
-    """The scenario's file: beside the study, or shipped.
+def cells_where(cells: Sequence[Cell], where: Mapping[str, Any]) -> list[int]:
+    """Return the numbers of the cells that have these levels of these factors, each one level or several."""
+    wanted = {
+        name: {word(one) for one in (levels if isinstance(levels, list | tuple) else [levels])}
+        for name, levels in where.items()
+    }
+    return [
+        index
+        for index, cell in enumerate(cells)
+        if all(word(cell.labels.get(name)) in levels for name, levels in wanted.items())
+    ]
+
+
+def _named(study: Study) -> Iterator[tuple[str, tuple[str, ...]]]:
+    """Every scenario that a study names, and where."""
+    if study.scenario:
+        yield study.scenario, (SCENARIO,)
+    for name, case in study.cases.items():
+        if SCENARIO in case:
+            yield case[SCENARIO], ("cases", name, SCENARIO)
+
+
+def _template(file: StudyFile, shipped: Path, name: str, place: tuple[str, ...]) -> Template:
+    """A scenario that stands at some place of a study: a file beside it, or shipped.
 
     Raises:
+        UsageError: If its file cannot be read.
         ScenarioError: If there is none.
     """
-    name = file.study.scenario
-    beside = file.path.parent / name
-    if os.path.isfile(beside):
-        return beside
-    names = scenario_names(shipped)
-    if name in names:
-        return shipped / f"{name}.yaml"
-    message = f"found {shortened(name)}; there is no such file beside the study and no such shipped scenario"
-    raise ScenarioError([file.fault(message + did_you_mean(name, names), "scenario")])
+    path, names = file.path.parent / name, scenario_names(shipped)
+    if not os.path.isfile(path):
+        if name not in names:
+            message = f"found {shortened(name)}; there is no such file beside the study"
+            message += f" and no such shipped scenario{did_you_mean(name, names)}"
+            raise ScenarioError([file.fault(message, *place)])
+        path = shipped / f"{name}.yaml"
+    return Template(read_text(path), str(path))
 
 
 def _place_of(key: str, cell: Cell, file: StudyFile) -> tuple[str | int, ...]:
     """Where the study sets a key."""
     study = file.study
+    for factor, alternatives in study.vary.items():
+        if isinstance(alternatives, dict) and key in alternatives[cell.labels[factor]]:
+            return "vary", factor, cell.labels[factor], key
     if key in study.vary:
         values, value = study.vary[key], cell.settings[key]
         return (
@@ -351,17 +428,29 @@ def _cells(file: StudyFile, searched: Mapping[str, Any] = MappingProxyType({})) 
     study = file.study
     cases: list[tuple[dict[str, Any], dict[str, Any]]]
     cases = [({CASE: name}, case) for name, case in study.cases.items()] or [({}, {})]
-    levels = [[(key, value) for value in values_of(values)] for key, values in study.vary.items()]
-    rounds = [(case, dict(combination)) for case in cases for combination in product(*levels)]
+    levels = [_levels(key, values) for key, values in study.vary.items()]
+    rounds = [(case, combination) for case in cases for combination in product(*levels)]
     for ((label, case), varied), points in zip(rounds, _points(study.sample, len(rounds)), strict=True):
         for number, point in points:
             own = {key: case.get(key, value) for key, value in point.items()}
-            labels = label | varied | own
-            settings = dict(study.set) | case | varied | own | dict(searched)
+            labels = dict(label)
+            settings = dict(study.set) | {key: value for key, value in case.items() if key != SCENARIO}
+            for told, table in varied:
+                labels |= told
+                settings |= table
+            labels |= own
+            settings |= own | dict(searched)
             settled = _settled(study, settings)
             if "plugins" in settled:
                 settled["plugins"] = placed_in(file.path.parent, settled["plugins"])
-            yield Cell(labels | number, settled)
+            yield Cell(labels | number, settled, case.get(SCENARIO, study.scenario))
+
+
+def _levels(key: str, levels: Any) -> list[tuple[dict[str, Any], dict[str, Any]]]:
+    """What tells each level of a factor from the others, and what it sets."""
+    if isinstance(levels, dict):
+        return [({key: name}, table) for name, table in levels.items()]
+    return [({key: value}, {key: value}) for value in values_of(levels)]
 
 
 def _settled(study: Study, given: Mapping[str, Any]) -> dict[str, Any]:

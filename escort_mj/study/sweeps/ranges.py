@@ -11,6 +11,7 @@ from pydantic import Discriminator, Field, Tag
 
 from escort_mj.components.parameters import Parameters
 from escort_mj.scenario.findings import Finding, Path
+from escort_mj.scenario.schema.fields import LABEL
 
 
 class Range(Parameters):
@@ -57,11 +58,20 @@ class Steps(Range):
         return sorted({round(x) for x in numbers}) if self.whole else numbers.tolist()
 
 
+def _kind_of_levels(value: Any) -> str:
+    if isinstance(value, dict) and value and all(isinstance(one, dict) for one in value.values()):
+        return "named"
+    return "steps" if isinstance(value, dict | Steps) else "list"
+
+
+Alternatives = dict[Annotated[str, Field(pattern=LABEL)], dict[str, Any]]
 Levels = Annotated[
-    Annotated[tuple[Any, ...], Tag("list")] | Annotated[Steps, Tag("steps")],
-    Discriminator(lambda value: "steps" if isinstance(value, dict | Steps) else "list"),
+    Annotated[tuple[Any, ...], Tag("list")]
+    | Annotated[Steps, Tag("steps")]
+    | Annotated[Alternatives, Tag("named")],
+    Discriminator(_kind_of_levels),
 ]
-"""Values of one factor: written out, or evenly spread."""
+"""Values of one factor: written out, or evenly spread; or named alternatives, each a table of keys."""
 Draw = Annotated[
     Annotated[tuple[Any, ...], Tag("list")] | Annotated[Range, Tag("range")],
     Discriminator(lambda value: "range" if isinstance(value, dict | Range) else "list"),

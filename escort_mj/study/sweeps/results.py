@@ -22,7 +22,8 @@ from escort_mj.scenario.reader.dump import flow
 from escort_mj.scenario.reader.files.paths import locate
 from escort_mj.study.engine.store import Row, open_store
 from escort_mj.study.sweeps.definition import Range, Steps, draws_of
-from escort_mj.study.sweeps.design import CASE, SAMPLE, Cell, Clock, Design, Planned, word
+from escort_mj.study.sweeps.design import CASE, SAMPLE, Cell, Clock, Design, Planned, cells_where, word
+from escort_mj.study.sweeps.expected import CellsExpectation, KeptFigure
 from escort_mj.study.sweeps.quantities import (
     COMPLETED,
     EFFORT,
@@ -113,8 +114,11 @@ class Results:
     Attributes:
         name: The study's.
         description: What it is to find out.
-        scenario: The scenario that it varies, as the study names it.
-        text: That scenario's YAML.
+        scenario: The scenarios that it varies, as the study names them.
+        texts: Their YAML.
+        expect: What it expects of its cells.
+        apart: The factor whose levels are judged each by itself; empty for none.
+        figures: Which kept runs it shows side by side.
         cells: All cells.
         runs: All runs that the study asks for.
         rows: What came of them, by key; runs that have not been made are not there.
@@ -137,8 +141,13 @@ class Results:
             rows: By key.
         """
         self.name, self.description = str(facts["study"]), str(facts["description"])
-        self.scenario, self.text = str(facts["scenario"]), str(facts["text"])
-        self.cells = tuple(Cell(cell["labels"], cell["settings"]) for cell in facts["cells"])
+        self.texts: dict[str, str] = dict(facts["texts"])
+        self.scenario = ", ".join(self.texts)
+        first = next(iter(self.texts))
+        self.cells = tuple(Cell(**{"scenario": first} | cell) for cell in facts["cells"])
+        self.expect = [CellsExpectation.model_validate(one) for one in facts.get("expect", ())]
+        self.figures = [KeptFigure.model_validate(one) for one in facts.get("figures", ())]
+        self.apart = str(facts.get("apart", ""))
         self.runs = tuple(Planned(*run) for run in facts["runs"])
         self.rows = {run.key: rows[run.key] for run in self.runs if run.key in rows}
         self.cell = np.array([run.cell for run in self.runs], dtype=np.intp)
@@ -196,6 +205,10 @@ class Results:
     def labels(self, index: int) -> dict[str, str]:
         """A cell's level of each factor, in words."""
         return {name: factor.levels[self.level_of_cell[name][index]] for name, factor in self.factors.items()}
+
+    def cells_where(self, where: Mapping[str, Any]) -> list[int]:
+        """Numbers of cells, see `design.cells_where`."""
+        return cells_where(self.cells, where)
 
     def rate(self, quantity: str, index: int) -> Proportion:
         """How often something happened in a cell: `passed`, `completed` or `collided`."""
@@ -384,8 +397,10 @@ def facts_of(design: Design) -> dict[str, Any]:
     return {
         "study": study.study,
         "description": study.description,
-        "scenario": study.scenario,
-        "text": design.template.text,
+        "texts": {name: template.text for name, template in design.templates.items()},
+        "expect": [one.model_dump() for one in study.expect],
+        "apart": study.apart,
+        "figures": [one.model_dump() for one in study.figures],
         "factors": [{"name": n, "log": n in log, "drawn": n in drawn} for n in design.factors],
         "cells": [cell._asdict() for cell in design.cells],
         "runs": [list(run) for run in design.runs()],
@@ -448,6 +463,7 @@ class _Metric(BaseModel, strict=True):
 class _Cell(BaseModel, strict=True):
     labels: dict[str, Any]
     settings: dict[str, Any]
+    scenario: str = ""
 
 
 class _Facts(BaseModel, strict=True):
@@ -455,12 +471,14 @@ class _Facts(BaseModel, strict=True):
 
     study: str
     description: str
-    scenario: str
-    text: str
+    texts: Annotated[dict[str, str], Field(min_length=1)]
     factors: list[_Factor]
     cells: Annotated[list[_Cell], Field(min_length=1)]
     runs: list[Annotated[list[Any], Field(min_length=3, max_length=3)]]
     metrics: dict[str, _Metric] = {}
+    expect: Annotated[list[CellsExpectation], Field(strict=False)] = []
+    apart: str = ""
+    figures: Annotated[list[KeptFigure], Field(strict=False)] = []
     chosen: list[str] = []
     clocks: list[Annotated[list[float], Field(min_length=2, max_length=2)]] = []
 

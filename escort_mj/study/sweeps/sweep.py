@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from contextlib import closing
 from pathlib import Path
 from typing import NamedTuple, TypeVar
@@ -60,6 +60,7 @@ def sweep_design(
     confirmed: bool = False,
     progress: Progress | None = None,
     again: bool = False,
+    only: Collection[int] | None = None,
 ) -> Swept:
     """Make the runs that are missing.
 
@@ -71,12 +72,15 @@ def sweep_design(
         confirmed: Whether a large study may begin.
         progress: Called with the runs that are done and all.
         again: Whether to make runs again that have been made.
+        only: Numbers of the cells whose runs are made; None for all.
 
     Raises:
         UsageError: If the study is larger than its own `at_most` and not confirmed.
         KeyboardInterrupt: If it comes; runs under way are not stored, those that have ended are.
     """
-    planned = list(design.runs())
+    cells = range(len(design.cells)) if only is None else only
+    asked = list(design.runs())
+    planned = [run for run in asked if run.cell in cells]
 
     def kept() -> str:
         known = store.known()
@@ -97,11 +101,12 @@ def sweep_design(
             progress(len(planned) - len(missing), len(planned))
         jobs = [_job(design, run, out) for run in missing]
         made += make(jobs, store, backend, len(planned), progress)
-        rows = store.get(run.key for run in planned)
-    write_csv(design, planned, rows, out)
-    failed = sum(not row.passed for row in rows.values())
-    broken = sum(row.outcome != Outcome.COMPLETED.value for row in rows.values())
-    return Swept(len(planned), made, failed, broken, len(design.cells))
+        rows = store.get(run.key for run in asked)
+    write_csv(design, asked, rows, out)
+    ended = [rows[run.key] for run in planned]
+    failed = sum(not row.passed for row in ended)
+    broken = sum(row.outcome != Outcome.COMPLETED.value for row in ended)
+    return Swept(len(planned), made, failed, broken, len(cells))
 
 
 def sweep_line(study: str, done: Swept) -> str:
@@ -218,13 +223,13 @@ def _claimed(missing: Sequence[Job], store: Store) -> Iterator[Job]:
 
 
 def _job(design: Design, run: Planned, out: Path) -> Job:
-    keep = design.study.traces
+    keep, template = design.study.traces, design.template_of(design.cells[run.cell])
     return Job(
         run.key,
         run.seed,
         design.cells[run.cell].settings,
-        design.template.text,
-        os.path.abspath(design.template.source),  # whatever folder a worker is in
+        template.text,
+        os.path.abspath(template.source),  # whatever folder a worker is in
         None if keep == "none" else out / RUNS / design.folder_of(run),
         keep == "failed",
         design.measured(),

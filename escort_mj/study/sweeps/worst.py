@@ -64,7 +64,8 @@ def write_scenario(results: Results, run: Planned, folder: Path) -> Path | None:
     if not text:
         settings = results.cells[run.cell].settings | {"seed": run.seed}
         try:
-            text = dump_scenario(parse_scenario(results.text, results.scenario, settings))
+            name = results.cells[run.cell].scenario
+            text = dump_scenario(parse_scenario(results.texts[name], name, settings))
         except ScenarioError:
             return None
     path = folder / FOLDER / f"cell{run.cell}_seed{run.seed}.yaml"

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from escort_mj.record.folder import FIGURES
 from escort_mj.report.figures.drawing.scales import heading
-from escort_mj.report.figures.studies import curves, heat_maps, tradeoff
+from escort_mj.report.figures.studies import curves, heat_maps, kept, marks, tradeoff
 from escort_mj.study.sweeps.quantities import PRECISION, SAFETY
 from escort_mj.study.sweeps.results import Factor, Results
 
@@ -58,6 +58,12 @@ def draw_study(
     quantities = results.drawn()
     for suffix in reversed(formats):
         drawn = list(_all(results, folder / FIGURES, suffix, by, quantities))
+        for shown in results.figures:
+            if not kept.kept_runs(results, shown, folder):
+                continue
+            path = folder / FIGURES / f"{NO_WORD.sub('_', shown.name)}.{suffix}"
+            kept.draw_kept(path, results, shown, folder)
+            drawn.append(Drawn(path, shown.title or shown.name))
     return drawn
 
 
@@ -91,7 +97,13 @@ def _all(
             )
             name = f"map_{quantity}_{x.name}_{y.name}"
             heat_maps.draw_map(add(name, words), results, quantity, x, y, panels)
-    if not any(factor.numbers for factor in others):
+    named = [f for f in results.factors.values() if len(f.levels) > 1 and not f.numbers]
+    if len(named) > 2 and len(named) == len(others) + (by is not None):
+        across = max(named, key=lambda factor: len(factor.levels))
+        colors, marked = [factor for factor in named if factor is not across][:2]
+        words = f"Medians: a column per {across.name}, a color per {colors.name}, a mark per {marked.name}."
+        marks.draw_marks(add("cells", words), results, (across, colors, marked), quantities)
+    elif not any(factor.numbers for factor in others):
         words = f"Each cell: {BANDS}"
         curves.draw_intervals(add("intervals", words), results, by, quantities)
     if {SAFETY, PRECISION} <= set(quantities):
