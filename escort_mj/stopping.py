@@ -6,6 +6,7 @@ the run that it hit is stored there; only the folder of that run says how far it
 
 from __future__ import annotations
 
+import _thread
 import atexit
 import os
 import signal
@@ -137,6 +138,12 @@ def deferred(hurry: Callable[[], None] | None = None) -> Iterator[None]:
             raise KeyboardInterrupt
 
 
+def _interrupt_later(thread: int) -> None:
+    """Interrupt a thread after a moment."""
+    time.sleep(AGAIN)
+    signal.pthread_kill(thread, signal.SIGINT)
+
+
 class _Command:
     """How the process of a command takes signals: the first is a `KeyboardInterrupt`, a later one ends it."""
 
@@ -159,12 +166,8 @@ class _Command:
             sys.__unraisablehook__(lost)
         elif not self.ended:
             self.first = None
-            main = threading.main_thread().ident
-            again = threading.Timer(
-                AGAIN, signal.pthread_kill, (main, signal.SIGINT)
-            )  # here, it would be lost
-            again.daemon = True
-            again.start()
+            # Here, it would be lost, as it would be while a thread of `threading` is waited for to start.
+            _thread.start_new_thread(_interrupt_later, (threading.main_thread().ident,))
 
 
 _command = _Command()

@@ -80,7 +80,8 @@ def dask(workers: int, address: str | None = None) -> Iterator[Backend[Any, Any]
 
     with ExitStack() as stack:
         where, kill = (address, None) if address is not None else stack.enter_context(cluster(workers))
-        logging.getLogger("distributed").setLevel(logging.CRITICAL)
+        for name in [name for name in logging.root.manager.loggerDict if name.startswith("distributed")]:
+            logging.getLogger(name).setLevel(logging.CRITICAL)
         try:
             client = stack.enter_context(distributed.Client(where, timeout=CONNECTING))
         except OSError as error:

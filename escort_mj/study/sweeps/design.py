@@ -260,20 +260,20 @@ class Design:
             if claim.better is not None
         ]
         chosen += [(("figures", place, "where"), shown.where) for place, shown in enumerate(study.figures)]
-        faults = []
+        faults, varied = [], listed(self.factors) if self.factors else "nothing"
         for path, where in chosen:
             for name, levels in where.items():
                 known = list(dict.fromkeys(word(cell.labels.get(name)) for cell in self.cells))
                 for level in levels if isinstance(levels, list | tuple) else [levels]:
                     if name not in self.factors:
-                        words = f"is no factor; this study varies {listed(self.factors)}"
+                        words = f"is no factor; this study varies {varied}"
                         faults.append(self.file.fault(words + did_you_mean(name, self.factors), *path, name))
                         break
                     if word(level) not in known:
                         words = f"found {_short(level)}; the levels are {listed(known)}"
                         faults.append(self.file.fault(words + did_you_mean(word(level), known), *path, name))
         if study.apart and study.apart not in self.factors:
-            words = f"found {shortened(study.apart)}; this study varies {listed(self.factors) or 'nothing'}"
+            words = f"found {shortened(study.apart)}; this study varies {varied}"
             faults.append(self.file.fault(words, "apart"))
         for place, shown in enumerate(study.figures):
             count = len(self.cells_where(shown.where))

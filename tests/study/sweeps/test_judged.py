@@ -117,6 +117,7 @@ def test_a_claim_without_a_bound_is_that_runs_complete() -> None:
     ("more", "words"),
     [
         ({"apart": "reading"}, "apart: found reading; this study varies case, law"),
+        ({"cases": {}, "vary": {}, "scenario": "main"}, "apart: found limit; this study varies nothing"),
         ({"expect": [{"claim": "c", "where": {"lawn": "a"}}]}, "lawn: is no factor; .*did you mean .law"),
         ({"expect": [{"claim": "c", "where": {"law": ["a", "c"]}}]}, "found c; the levels are a"),
         ({"expect": [{"claim": "c", "bounds": [{"metric": "contacts"}]}]}, "has no bound"),
