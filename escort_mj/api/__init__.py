@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import contextlib
+import inspect
 import math
 import os
 import warnings
-from collections.abc import Iterable, Iterator, Mapping, Sequence, Sized
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence, Sized
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from escort_mj.api.runs import Run
 from escort_mj.errors import RenderError, UsageError
@@ -18,6 +19,7 @@ from escort_mj.recognize import scenarios_folder, scenarios_in
 from escort_mj.record.folder import RunFolder, read_run
 from escort_mj.scenario import Scenario
 from escort_mj.scenario.arguments import Count, Finite, Source, checked
+from escort_mj.scenario.findings import did_you_mean
 from escort_mj.scenario.notes import notes
 from escort_mj.scenario.reader.overrides import Overrides
 from escort_mj.scenario.reader.shipped import load_scenario, scenario_path, study_path
@@ -78,6 +80,35 @@ def _label(path: Path) -> str:
     return here.as_posix() if path.is_dir() else here.with_suffix("").as_posix()
 
 
+def loaded(
+    function: Callable[..., Any],
+    scenario: Scenario | Source,
+    overrides: Overrides,
+    plugins: Sequence[str],
+    keys: Mapping[str, Any],
+) -> Scenario:
+    """Return the scenario of a call, with what the call sets in it.
+
+    Args:
+        function: What is called.
+        scenario: As for `load_scenario`.
+        overrides: As for `load_scenario`.
+        plugins: As for `load_scenario`.
+        keys: As for `load_scenario`.
+
+    Raises:
+        UsageError: If one of the keys is neither an argument of the function nor a key of scenarios.
+        ScenarioError: With all faults of the scenario.
+    """
+    known = [*inspect.signature(function).parameters, *Scenario.model_fields]
+    for key in keys:
+        if key.partition(".")[0] not in Scenario.model_fields:
+            name = function.__name__
+            words = f"is neither an argument nor a key of a scenario{did_you_mean(key, known)}"
+            raise UsageError(f"{name}: {key} {words}")
+    return load_scenario(scenario, overrides, plugins, **keys)
+
+
 @checked
 def run(
     scenario: Scenario | Source,
@@ -88,7 +119,10 @@ def run(
     video: bool = True,
     report: bool = False,
     interpreted: bool = False,
+    overrides: Overrides = (),
+    plugins: Sequence[str] = (),
     progress: Progress | None = None,
+    **keys: Any,
 ) -> Run:
     """Run a scenario.
 
@@ -101,7 +135,10 @@ def run(
         report: Whether to write `report.html`, one page with all results and a replay, to the run folder.
         interpreted: Whether the controller runs as plain Python, where a debugger can stop. It takes about a
             thousand times as long and agrees with the machine code to rounding.
+        overrides: A mapping of key paths to values, or texts `key.path=value`, to set there.
+        plugins: Additional plugins: Python files or names of installed plugins.
         progress: Called periodically with the simulated time and the duration [s].
+        keys: Further keys of the scenario with their values, such as `duration=10, seed=3`.
 
     Returns:
         The run: outcome, trace, metrics, verdicts, and methods to draw it.
@@ -110,8 +147,7 @@ def run(
         UsageError: If the folder contains a run that must not be replaced, or other files.
         KeyboardInterrupt: On an interrupt; a run folder then contains the run up to that point.
     """
-    if not isinstance(scenario, Scenario):
-        scenario = load_scenario(scenario)
+    scenario = loaded(run, scenario, overrides, plugins, keys)
     if out is None:
         return Run(fly(scenario, None, progress, interpret=interpreted))
     for note in notes(scenario):
@@ -158,6 +194,7 @@ def start(
     plugins: Sequence[str] = (),
     *,
     command: Literal["velocity", "force"] | None = None,
+    **keys: Any,
 ) -> LiveMission:
     """Start a mission that is stepped from Python, under the control of its law.
 
@@ -167,6 +204,7 @@ def start(
         plugins: Additional plugins: Python files or names of installed plugins.
         command: What robots are commanded by `LiveMission.command`, instead of what the scenario's behaviors
             lead to: reference velocities, which the law follows, or forces of motors. None for nothing.
+        keys: Further keys of the scenario with their values, such as `duration=10, seed=3`.
 
     Returns:
         The mission at time 0: `step`, look at `state`, `push` robots, `move_target`, `change` gains,
@@ -178,9 +216,7 @@ def start(
     """
     from escort_mj.api.live import LiveMission
 
-    if isinstance(scenario, Scenario):
-        return LiveMission(scenario.replace(overrides) if overrides else scenario, command)
-    return LiveMission(load_scenario(scenario, overrides, plugins), command)
+    return LiveMission(loaded(start, scenario, overrides, plugins, keys), command)
 
 
 @checked
@@ -203,6 +239,9 @@ def replay(
     *,
     names: Mapping[str, str] | None = None,
     start: Finite | None = None,
+    overrides: Overrides = (),
+    plugins: Sequence[str] = (),
+    **keys: Any,
 ) -> LiveLog:
     """Start a replay of a log of real robots, stepped from Python; `judge` is one that goes to the end.
 
@@ -211,6 +250,9 @@ def replay(
         scenario: A scenario against which the log is judged, or any source that `load_scenario` accepts.
         names: Names of bodies (`robot_1` ..., `target`) in the log: in its columns, or its topics.
         start: Time stamp of the mission's start [s]; None for the first at which all bodies are logged.
+        overrides: A mapping of key paths to values, or texts `key.path=value`, to set there.
+        plugins: Additional plugins: Python files or names of installed plugins.
+        keys: Further keys of the scenario with their values, such as `duration=10, seed=3`.
 
     Returns:
         The log at the mission's time 0: `step`, look at `state`, `snapshot` and `restore`, end with `run`.
@@ -221,9 +263,7 @@ def replay(
     """
     from escort_mj.api.live import LiveLog
 
-    return LiveLog(
-        Path(log), scenario if isinstance(scenario, Scenario) else load_scenario(scenario), names, start
-    )
+    return LiveLog(Path(log), loaded(replay, scenario, overrides, plugins, keys), names, start)
 
 
 @checked
@@ -237,7 +277,10 @@ def judge(
     overwrite: bool = False,
     figures: bool = True,
     report: bool = False,
+    overrides: Overrides = (),
+    plugins: Sequence[str] = (),
     progress: Progress | None = None,
+    **keys: Any,
 ) -> Run:
     """Judge a log of real robots against a scenario.
 
@@ -250,7 +293,10 @@ def judge(
         overwrite: Whether to replace an existing run in the folder.
         figures: Whether to write the figures to the run folder.
         report: Whether to write `report.html` to the run folder.
+        overrides: A mapping of key paths to values, or texts `key.path=value`, to set there.
+        plugins: Additional plugins: Python files or names of installed plugins.
         progress: Called periodically with the judged time and the duration [s].
+        keys: Further keys of the scenario with their values, such as `duration=10, seed=3`.
 
     Returns:
         The run. Verdicts on what the log does not contain give the reason in `skip`.
@@ -262,8 +308,7 @@ def judge(
     """
     from escort_mj.judging.judge import judge_log
 
-    if not isinstance(scenario, Scenario):
-        scenario = load_scenario(scenario)
+    scenario = loaded(judge, scenario, overrides, plugins, keys)
     judged = Run(judge_log(Path(log), scenario, names, start, progress))
     if out is None:
         return judged
@@ -307,10 +352,10 @@ def run_many(
         UsageError: If there is no such file or scenario, or if `threads` is less than 1.
     """
     total = len(scenarios) if isinstance(scenarios, Sized) else math.inf
-    loaded = (one if isinstance(one, Scenario) else load_scenario(one) for one in scenarios)
+    each = (load_scenario(one) for one in scenarios)
 
     def runs() -> Iterator[Run]:
-        for done, ended in enumerate(fly_many(loaded, threads or cores(), traces), 1):
+        for done, ended in enumerate(fly_many(each, threads or cores(), traces), 1):
             if progress is not None:
                 progress(done, total)
             yield Run(ended)

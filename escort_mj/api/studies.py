@@ -11,11 +11,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from escort_mj import stopping
-from escort_mj.api import load_scenario, scenarios_folder, study_path
+from escort_mj.api import loaded, scenarios_folder, study_path
 from escort_mj.api.shown import ShownPage
 from escort_mj.progress import Progress, shown_progress
 from escort_mj.scenario import Scenario
 from escort_mj.scenario.arguments import Count, Source, StudySource, checked
+from escort_mj.scenario.reader.overrides import Overrides
 from escort_mj.study.engine.parallel import cores
 
 if TYPE_CHECKING:
@@ -171,7 +172,10 @@ def compare(
     before: float | None = None,
     workers: Count | None = None,
     again: bool = False,
+    overrides: Overrides = (),
+    plugins: Sequence[str] = (),
     progress: ShowProgress = None,
+    **keys: Any,
 ) -> StudyResult:
     """Run a scenario with several laws and outer loops, and compare the results.
 
@@ -188,7 +192,10 @@ def compare(
         before: End of the window [s]; None for the end of the run.
         workers: Number of processes; None for one per core.
         again: Whether to repeat existing runs.
+        overrides: A mapping of key paths to values, or texts `key.path=value`, to set there.
+        plugins: Additional plugins: Python files or names of installed plugins.
         progress: As for `sweep`.
+        keys: Further keys of the scenario with their values, such as `duration=10, seed=3`.
 
     Returns:
         A table with one row per run: controller, outer loop, seed, outcome, every metric.
@@ -206,14 +213,14 @@ def compare(
     from escort_mj.study.sweeps.results import open_results
     from escort_mj.study.sweeps.sweep import TABLE, sweep_design
 
-    mission = scenario if isinstance(scenario, Scenario) else load_scenario(scenario)
+    mission = loaded(compare, scenario, overrides, plugins, keys)
     folder = Path(out) if out is not None else Path("renders") / "compare" / mission.name
     file = (folder / "scenario.yaml").absolute()
     span = span_given(over, after, before)
-    keys = comparison_of(mission, file, _names(laws), _names(outer), seeds, span)
+    study = comparison_of(mission, file, _names(laws), _names(outer), seeds, span)
     make_folder(folder)
     write_text(file, dump_scenario(mission))
-    design, _, count = _lay_out(keys, folder, workers)
+    design, _, count = _lay_out(study, folder, workers)
     with backends.local(count) as where, shown_progress("comparing", " runs", progress) as update:
         done = sweep_design(design, folder, where, count, True, update, again)
     results = open_results(folder)

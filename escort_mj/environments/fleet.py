@@ -128,7 +128,7 @@ class Fleet:
         self._side, self._command, self._keep = side, command, keep
         self._rival_reward, weights = rival_reward or RivalReward(), reward or Reward()
         threads = cores() if threads is None else int(threads)
-        self.scenario = scenario if isinstance(scenario, Scenario) else load_scenario(scenario)
+        self.scenario = load_scenario(scenario)
         self._mark = mission_mark(self.scenario, command, side, keep, left_out=WORDS | {"seed"})
         first = self._session(self.scenario)  # each mission gets its own when it begins
         self.missions = [first] * count

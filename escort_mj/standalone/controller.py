@@ -115,11 +115,7 @@ class Controller:
             ScenarioError: With all faults of the scenario.
             UsageError: If an argument is not valid.
         """
-        if isinstance(scenario, Scenario):
-            scenario = scenario.replace(overrides) if overrides else scenario
-        else:
-            scenario = load_scenario(scenario, overrides, plugins)
-        self.scenario = scenario
+        self.scenario = scenario = load_scenario(scenario, overrides, plugins)
         self._options: dict[str, Any] = {
             "backend": backend,
             "simulate": simulate,

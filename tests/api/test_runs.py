@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
 import escort_mj
 from escort_mj.api.runs import Run
-from escort_mj.errors import UsageError
+from escort_mj.errors import ScenarioError, UsageError
 from escort_mj.record.folder import read_run
 from escort_mj.report.video.video import ending
 
@@ -170,3 +171,24 @@ def test_a_saved_run_stays(made: Run, opened: Run) -> None:
     assert made.save(opened.folder, overwrite=True).folder == opened.folder
     with pytest.raises(UsageError, match="ask for traces"):
         next(escort_mj.run_many([TEXT], 1)).save(opened.folder.with_name("other"))
+
+
+def test_keys_are_set_by_calls_as_on_the_command_line(compiled: None) -> None:
+    run = escort_mj.run(TEXT, overrides=["mission.radius=4", "seed=2"], duration=0.1, seed=3, expect=[])
+    assert (run.scenario.mission.radius, run.scenario.duration, run.scenario.seed) == (4.0, 0.1, 3)
+    scenario = run.scenario
+    assert escort_mj.load_scenario(scenario) is scenario
+    assert escort_mj.load_scenario(scenario, seed=5) == scenario.replace(seed=5)
+    with pytest.raises(ScenarioError, match="duration: found -1"):
+        escort_mj.run(TEXT, duration=-1)
+
+
+@pytest.mark.parametrize("function", [escort_mj.run, escort_mj.start, escort_mj.compare])
+def test_a_wrong_key_of_a_call_is_told_the_nearest(function: Callable[..., object]) -> None:
+    with pytest.raises(UsageError, match='duraton is neither an argument .* did you mean "duration"'):
+        function(TEXT, duraton=3)
+
+
+def test_a_wrong_argument_of_a_call_is_told_the_nearest() -> None:
+    with pytest.raises(UsageError, match='overwrit is neither an argument .* did you mean "overwrite"'):
+        escort_mj.run(TEXT, overwrit=True)

@@ -15,7 +15,8 @@ from escort_mj.scenario.reader.plain import document_of
 from escort_mj.scenario.reader.plugins import placed_in
 
 Overrides = Annotated[
-    str | Sequence[str] | Mapping[str, Any], Words("values by key path, or texts key.path=value")
+    str | Sequence[str | Mapping[str, Any]] | Mapping[str, Any],
+    Words("values by key path, or texts key.path=value"),
 ]
 
 
@@ -27,7 +28,7 @@ def apply(document: Document, overrides: Overrides) -> list[Fault]:
 
     Args:
         document: Changed in place; its data is a table.
-        overrides: Texts `key.path=value` with values as YAML, or a mapping from key paths to values.
+        overrides: Texts `key.path=value` with values as YAML, a mapping from key paths to values, or both.
 
     Raises:
         UsageError: If they are anything else.
@@ -66,6 +67,9 @@ def _read(overrides: Overrides, faults: list[Fault]) -> Iterator[tuple[Place, Pa
                 faults.append(deep)
         return
     for override in [overrides] if isinstance(overrides, str) else overrides:
+        if isinstance(override, Mapping):
+            yield from _read(override, faults)
+            continue
         key, equals, text = override.partition("=")
         place = Place("--set " + (override if len(override) <= 80 else override[:77] + "..."))
         path = parse_key_path(key.strip())

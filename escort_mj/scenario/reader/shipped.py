@@ -6,6 +6,7 @@ import difflib
 import os
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 from escort_mj.errors import UsageError
 from escort_mj.recognize import SUFFIXES, is_scenario_name, scenario_names, scenarios_folder, study_names
@@ -22,21 +23,30 @@ def shipped_scenarios() -> list[str]:
 
 
 @checked
-def load_scenario(source: Source, overrides: Overrides = (), plugins: Sequence[str] = ()) -> Scenario:
+def load_scenario(
+    source: Scenario | Source, overrides: Overrides = (), plugins: Sequence[str] = (), **keys: Any
+) -> Scenario:
     """Load and validate a scenario.
 
     If an override shortens the run, expectations whose windows it does not reach are not judged.
 
     Args:
         source: A YAML file, the name of a shipped scenario such as `main` or `paper/case1_2d`, or a mapping
-            with keys and values as in a file.
+            with keys and values as in a file; or a scenario, to be changed.
         overrides: A mapping of key paths to values, or texts `key.path=value`, to set there.
         plugins: Additional plugins: Python files or names of installed plugins.
+        keys: Further keys with their values, such as `duration=10, seed=3`.
 
     Raises:
         ScenarioError: With all faults of the file.
         UsageError: If `source` is of another kind, or there is no such file or shipped scenario.
     """
+    if keys:
+        overrides = (*([overrides] if isinstance(overrides, str | Mapping) else overrides), keys)
+    if isinstance(source, Scenario):
+        if not overrides and not plugins:
+            return source
+        return scenario_of(source, overrides, plugins, None if plugins else type(source))
     if isinstance(source, Mapping):
         return scenario_of(source, overrides, plugins)
     return load_file(scenario_path(source), overrides, plugins)
