@@ -168,15 +168,11 @@ class ScenarioFile(pytest.File):
     def checked(self, case: Case) -> Checked:
         """What came of the scenario with one seed."""
         from escort_mj.report.video.video import render_clip
-        from escort_mj.study.check import CheckJob, crashed, perform_check
-        from escort_mj.study.engine.parallel import side_by_side
+        from escort_mj.study.check import check_alone
 
         keeps = self.config.getoption("escort_video")
         folder = _out(self.config) / case.name if keeps else None
-        job = CheckJob(case, folder, keep=False, clip=render_clip if keeps else None)
-        if not self.has_plugins:
-            return perform_check(job)
-        return side_by_side(perform_check, [job], 1, lost=crashed)[0]  # what ends the process ends no tests
+        return check_alone(case, folder, render_clip if keeps else None, apart=self.has_plugins)
 
 
 class NotHeld(pytest.fail.Exception):  # type: ignore[name-defined]

@@ -70,7 +70,8 @@ def is_scenario(path: Path, asked: bool = False) -> bool:
             return True
         if "://" in match[1] or schema.exists():
             return False
-    return asked and not TELLING.isdisjoint(_TOP_KEY.findall(head))
+    keys = set(_TOP_KEY.findall(head))
+    return asked and "study" not in keys and not TELLING.isdisjoint(keys)
 
 
 def is_output(path: Path) -> bool:

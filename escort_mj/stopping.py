@@ -167,7 +167,9 @@ class _Command:
         elif not self.ended:
             self.first = None
             # Here, it would be lost, as it would be while a thread of `threading` is waited for to start.
-            _thread.start_new_thread(_interrupt_later, (threading.main_thread().ident,))
+            main = threading.main_thread().ident
+            assert main is not None, "it has started"
+            _thread.start_new_thread(_interrupt_later, (main,))
 
 
 _command = _Command()

@@ -7,6 +7,8 @@ from xml.etree import ElementTree
 import pytest
 
 from escort_mj import api, mission
+from escort_mj.study.engine import parallel
+from escort_mj.study.engine.backends import here
 from tests.test_cli import command  # noqa: F401  a fixture: one command in a folder of its own
 
 BODY = """\
@@ -30,9 +32,7 @@ FILES = {
 @pytest.fixture
 def check(command, tmp_path, monkeypatch):  # noqa: F811
     """Checks files in this process: to start others takes as long as what is tested here."""
-    monkeypatch.setattr(
-        "escort_mj.study.check.side_by_side", lambda perform, tasks, *_: [*map(perform, tasks)]
-    )
+    monkeypatch.setattr(parallel.Workers, "compute", lambda pool, *given: here(*given))
     monkeypatch.setattr("escort_mj.study.engine.parallel.parent_of_workers", lambda: None)
     return check_elsewhere(command, tmp_path)
 
@@ -48,11 +48,12 @@ def check_elsewhere(command, tmp_path):  # noqa: F811
     return lambda *arguments: command("check", *arguments, "--workers", "1", "--no-video")
 
 
-def test_one_that_passes_leaves_nothing(check, tmp_path: Path) -> None:
+def test_one_that_passes_leaves_no_run(check, tmp_path: Path) -> None:
     code, out, err = check("s/good.yaml")
     assert (code, err) == (0, "")
     assert "pass   s/good  3 of 3 verdicts" in out and "1 scenario: 1 passed" in out
-    assert not list((tmp_path / "renders").rglob("*.*"))
+    left = {path.name for path in (tmp_path / "renders").rglob("*.*")}
+    assert left == {"design.json", "results.sqlite"}
     assert check("s/good.yaml", "--keep", "--out", "all")[0] == 0
     assert (tmp_path / "all" / "s" / "good" / "trace.nc").is_file()
 
@@ -221,8 +222,7 @@ def test_repeats(check, monkeypatch) -> None:
         flown.append(scenario.replace(seed=scenario.seed + len(flown)))
         return mission.fly(flown[-1], *given, **how)
 
-    for place in ("check", "engine.work"):
-        monkeypatch.setattr(f"escort_mj.study.{place}.fly", other_seeds)
+    monkeypatch.setattr("escort_mj.study.engine.work.fly", other_seeds)
     code, out, _ = check("s/good.yaml", "--repeat", "2", "--set", "sensing.position.noise=0.01")
     assert code == 3 and "the runs of one seed have different bits, first in q" in out and len(flown) == 2
 

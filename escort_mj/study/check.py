@@ -1,43 +1,42 @@
-"""Scenarios checked side by side: each one run, judged, and told apart from those that cannot run."""
+"""Scenarios checked: a study whose cells are scenarios, told apart by what is wrong, fails or breaks."""
 
 from __future__ import annotations
 
-import shutil
-import time
-import traceback
-from collections.abc import Callable, Sequence
+import hashlib
+import json
+import os
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
+from functools import lru_cache
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from escort_mj import stopping
 from escort_mj.errors import EscortError, Fault, ScenarioError
-from escort_mj.mission import Flight, fly
+from escort_mj.expect.verdicts import Verdict
+from escort_mj.record.files import write_text
 from escort_mj.record.folder import CHECK, free_place
-from escort_mj.scenario import load_file
-from escort_mj.scenario.reader.load import expectation_lines
-from escort_mj.study.checked import BROKEN, GOOD, Case, Checked, with_faults_once
-from escort_mj.study.engine.parallel import cores, side_by_side
-from escort_mj.study.engine.work import fly_keeping, kept_of
+from escort_mj.record.outcome import Outcome
+from escort_mj.scenario.reader.load import expectation_lines, read_text
+from escort_mj.study.checked import GOOD, Case, Checked, own_facts, with_faults_once
+from escort_mj.study.engine.backends import Backend
+from escort_mj.study.engine.parallel import Died, Workers, cores
+from escort_mj.study.engine.store import Row, Store
+from escort_mj.study.engine.work import Job, killed, perform
+from escort_mj.study.sweeps.design import CASE
+from escort_mj.study.sweeps.results import FILE
+from escort_mj.study.sweeps.sweep import make
 
+DIGITS = 32  # of a run's key
 Progress = Callable[[float, float], None]
 Clip = Callable[[Path], Path]
 
 
-class CheckJob(NamedTuple):
-    """One scenario to check, and what to leave of it.
+class Drawing(NamedTuple):
+    """A clip to be drawn: by what, and of which run folder."""
 
-    Attributes:
-        case: Which.
-        folder: Its run folder; None keeps nothing on disk.
-        keep: Whether a run that passes leaves its folder, too.
-        clip: Draws a clip of a run that fails, from its folder; None for no clip.
-    """
-
-    case: Case
-    folder: Path | None
-    keep: bool
-    clip: Clip | None
+    clip: Clip
+    folder: Path
 
 
 def check_scenarios(
@@ -52,7 +51,7 @@ def check_scenarios(
 
     Args:
         cases: What to check.
-        out: Folder for the run folders of those that fail.
+        out: Folder for the results, and for the run folders of those that fail.
         workers: Processes; None for one per core.
         keep: Whether runs that pass leave their folder, too.
         clip: Draws a short video around the worst moment of each that fails and returns its file; None for no
@@ -61,107 +60,158 @@ def check_scenarios(
 
     Returns:
         One result per case, in their order; one for all seeds of a scenario that is wrong whatever the seed.
+
+    Raises:
+        UsageError: If the folder holds something else.
     """
-    tasks = [CheckJob(case, out / case.name, keep, clip) for case in cases]
-    checked = 0
+    done = 0
 
-    def note(done: float, total: float) -> None:
-        nonlocal checked
-        checked = int(done)
+    def note(now: float, total: float) -> None:
+        nonlocal done
+        done = int(now)
         if progress is not None:
-            progress(done, total)
+            progress(now, total)
 
-    with stopping.keeping(
-        lambda: f"{checked} of {len(cases)} scenarios had been checked; the same command checks all again"
-    ):
-        results = side_by_side(perform_check, tasks, workers or cores(), note, crashed)
+    def kept() -> str:
+        return f"{done} of {len(cases)} scenarios had been checked; the same command checks all again"
+
+    with stopping.keeping(kept), Workers(min(workers or cores(), len(cases))) as pool, Store(out) as store:
+        tasks = [_job(case, out, keep) for case in cases]
+        jobs = [task for task in tasks if isinstance(task, Job)]
+        store.forget(job.key for job in jobs)
+        _write_design(cases, tasks, out)
+        make(jobs, store, pool.compute, len(tasks), note)
+        rows = store.get(job.key for job in jobs)
+        results = [
+            checked(case, task, rows[task.key]) if isinstance(task, Job) else task
+            for case, task in zip(cases, tasks, strict=True)
+        ]
+        if clip is not None:
+            results = with_clips(results, clip, pool.compute)
     return with_faults_once(results)
 
 
-def crashed(task: CheckJob, cause: str) -> Checked:
-    """The result of a scenario that kills every process that checks it."""
-    words = f"the process that ran it died each time: {cause}"
-    if "while this was called" not in cause and "takes longer than" not in cause:
-        words += " (a plugin that crashes, no memory, a full disk?)"
-    folder = None if task.folder is None else free_place(task.folder, CHECK)
-    kept = folder if folder is not None and folder.is_dir() else None
-    return Checked(task.case, seed=task.case.seed, error=words + kept_of(kept), folder=kept)
-
-
-def perform_check(task: CheckJob) -> Checked:
-    """Check one scenario, and draw a clip if it fails."""
-    result = check_one(task.case, task.folder, task.keep)
-    if task.clip is None or result.folder is None or result.code == GOOD or not result.verdicts:
-        return result
-    try:
-        return replace(result, clip=task.clip(result.folder))
-    except EscortError as error:
-        return replace(result, note=f"no clip: {error}")
-
-
-def check_one(case: Case, folder: Path | None = None, keep: bool = False) -> Checked:
-    """Run and evaluate one scenario. Errors are part of the result.
+def check_alone(case: Case, folder: Path | None, clip: Clip | None = None, apart: bool = False) -> Checked:
+    """Run and judge one scenario.
 
     Args:
         case: Which.
-        folder: Its run folder; None keeps nothing on disk. A run that no check has made stays there: this one
-            goes to a folder beside it.
-        keep: Whether a run that passes leaves its folder, too.
+        folder: Its run folder, kept if it fails; None keeps nothing.
+        clip: As for `check_scenarios`.
+        apart: Whether another process runs it: what ends that one does not end this one.
     """
-    clock = time.perf_counter()
-    bare = Checked(case, seed=case.seed)
+    task = _job(case, None if folder is None else folder.parent, False, "" if folder is None else folder.name)
+    if not isinstance(task, Job):
+        return task
+    if not apart:
+        result = checked(case, task, perform(task))
+        return result if clip is None else with_clips([result], clip, _here)[0]
+    with Workers(1) as pool:
+        (_, row), *_ = pool.compute(perform, [task])
+        result = checked(case, task, killed(task, row) if isinstance(row, Died) else row)
+        return result if clip is None else with_clips([result], clip, pool.compute)[0]
+
+
+def _here(function: Callable[[Any], Any], jobs: Iterable[Any]) -> Any:
+    return ((job, function(job)) for job in jobs)
+
+
+def _job(case: Case, out: Path | None, keep: bool, name: str = "") -> Job | Checked:
+    """What a case takes to be run, or why it cannot be."""
     try:
         if case.fault:
             raise ScenarioError([Fault(case.fault)])
-        folder = None if folder is None else free_place(folder, CHECK)
-        result = _fly(case, folder, keep)
+        text, seed = read_text(case.path), own_facts(case).seed if case.seed is None else case.seed
+        folder = None if out is None else os.path.relpath(free_place(out / (name or case.name), CHECK), out)
     except ScenarioError as error:
-        return replace(bare, faults=error.faults, wall_time=time.perf_counter() - clock)
+        return Checked(case, seed=case.seed, faults=error.faults)
     except EscortError as error:
-        if error.exit_code == BROKEN:
-            result = replace(bare, error=str(error), folder=folder)
-        else:
-            result = replace(bare, faults=(Fault(str(error)),))
-    except Exception:
-        stopping.raise_if_interrupted()
-        result = replace(bare, error=traceback.format_exc().strip(), folder=folder)
-    if folder is not None and result.code == GOOD and not keep:
-        shutil.rmtree(folder, ignore_errors=True)
-        result = replace(result, folder=None)
-    return replace(result, wall_time=time.perf_counter() - clock)
+        return Checked(case, seed=case.seed, faults=(Fault(str(error)),))
+    told = [case.label, str(case.path), text, case.settings, case.plugins, seed, case.repeat]
+    key = hashlib.sha256(json.dumps(told).encode()).hexdigest()[:DIGITS]
+    settings = {key.strip(): value for key, _, value in (text.partition("=") for text in case.overrides)}
+    place = str(case.path)
+    return Job(
+        key, seed or 0, settings, text, place, out, folder, not keep,
+        made_by=CHECK, overrides=case.settings, plugins=case.plugins, repeat=case.repeat,
+    )  # fmt: skip
 
 
-def _fly(case: Case, folder: Path | None, keep: bool) -> Checked:
-    """Run a scenario as often as asked.
-
-    Raises:
-        EscortError: If the scenario or the folder is wrong.
-    """
-    scenario = load_file(case.path, case.settings, case.plugins)
-    run = fly_keeping(scenario, folder, CHECK, keep or case.repeat > 1)
-    first = signal_that_differs(run, [fly(scenario) for _ in range(1, case.repeat)])
+def checked(case: Case, job: Job, row: Row) -> Checked:
+    """What came of a case, from the row of its run."""
+    faults = tuple(Fault(**fault) for fault in row.faults)
+    verdicts = [Verdict(**verdict) for verdict in row.verdicts]
+    place = job.place
+    error = ""
+    if not verdicts and not faults:
+        error = row.message
+        if row.outcome == Outcome.KILLED.value and "while this was called" not in error:
+            error += " (a plugin that crashes, no memory, a full disk?)"
     return Checked(
         case,
-        name=scenario.name,
-        seed=scenario.seed,
-        outcome=run.outcome.value,
-        message=run.message,
-        verdicts=run.verdicts,
-        lines=[] if _replaces_expectations(case) else expectation_lines(case.path),
-        folder=folder,
-        error=f"the runs of one seed have different bits, first in {first}" if first else "",
+        name=own_facts(case).name if verdicts else "",
+        seed=case.seed if faults else row.seed,
+        outcome=row.outcome if verdicts else "",
+        message=row.message if verdicts else "",
+        verdicts=verdicts,
+        lines=[] if not verdicts or _replaces_expectations(case) else _lines(case.path),
+        wall_time=row.wall_time,
+        faults=faults,
+        error=error,
+        folder=place if place is not None and row.folder is not None else None,
     )
+
+
+def with_clips(
+    results: Sequence[Checked], clip: Clip, backend: Backend[Drawing, Path | str]
+) -> list[Checked]:
+    """Return results with a clip of each run that failed a verdict and was kept."""
+    found = {
+        one.folder: Drawing(clip, one.folder)
+        for one in results
+        if one.folder is not None and one.code != GOOD and one.verdicts
+    }
+    drawn = {job.folder: made for job, made in backend(draw, found.values())}
+    shown = []
+    for one in results:
+        made = None if one.folder is None else drawn.get(one.folder)
+        if isinstance(made, Path):
+            one = replace(one, clip=made)
+        elif made is not None:
+            one = replace(one, note=f"no clip: {made}")
+        shown.append(one)
+    return shown
+
+
+def draw(job: Drawing) -> Path | str:
+    """Draw a clip, or say why not."""
+    try:
+        return job.clip(job.folder)
+    except EscortError as error:
+        return str(error)
+
+
+def _write_design(cases: Sequence[Case], tasks: Sequence[Job | Checked], out: Path) -> None:
+    """Write what a report of the results has to know: a cell for each scenario."""
+    runs = [(case, task) for case, task in zip(cases, tasks, strict=True) if isinstance(task, Job)]
+    texts = {case.label: task.text for case, task in runs}
+    cells = [{"labels": {CASE: label}, "settings": {}, "scenario": label} for label in texts]
+    facts = {
+        "study": "check",
+        "description": "",
+        "texts": texts,
+        "factors": [{"name": CASE, "log": False, "drawn": False}],
+        "cells": cells,
+        "runs": [[list(texts).index(case.label), task.seed, task.key] for case, task in runs],
+    }
+    if cells:
+        write_text(out / FILE, json.dumps(facts) + "\n")
+
+
+@lru_cache(maxsize=64)
+def _lines(path: Path) -> list[int]:
+    return expectation_lines(path)
 
 
 def _replaces_expectations(case: Case) -> bool:
     return any(text.startswith("expect") for text in case.overrides)
-
-
-def signal_that_differs(run: Flight, others: Sequence[Flight]) -> str:
-    """Return the first signal in which a run differs from others, bit by bit; empty if there is none."""
-    for other in (each.recording for each in others):
-        assert run.recording is not None and other is not None, "single runs keep their recording"
-        for name, variable in run.recording.data_vars.items():
-            if variable.values.tobytes() != other.data_vars[name].values.tobytes():
-                return str(name)
-    return ""

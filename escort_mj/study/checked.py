@@ -6,6 +6,7 @@ import math
 import shlex
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 from itertools import groupby
 from pathlib import Path
 from typing import NamedTuple
@@ -67,7 +68,7 @@ def with_seeds(cases: Sequence[Case], count: int) -> list[Case]:
     """
     if count == 1:
         return list(cases)
-    seeds = [own_seed(case) for case in cases]
+    seeds = [own_facts(case).seed for case in cases]
     return [
         case if first is None else case._replace(seed=first + k)
         for case, first in zip(cases, seeds, strict=True)
@@ -75,16 +76,28 @@ def with_seeds(cases: Sequence[Case], count: int) -> list[Case]:
     ]
 
 
-def own_seed(case: Case) -> int | None:
-    """Return the seed that a case has by itself, its overrides included; None where it cannot be read."""
+class OwnFacts(NamedTuple):
+    """What a case has by itself, its overrides included: its seed, None where it cannot be read; its name."""
+
+    seed: int | None
+    name: str
+
+
+@lru_cache(maxsize=1024)
+def own_facts(case: Case) -> OwnFacts:
+    """Return the seed and the name that a case has by itself."""
     if case.fault:
-        return None
+        return OwnFacts(None, "")
     try:
-        found = Template(read_text(case.path), str(case.path)).overridden(case.overrides).get("seed")
+        found = Template(read_text(case.path), str(case.path)).overridden(case.overrides)
     except EscortError:
-        return None
-    seed = Scenario.model_fields["seed"].default if found is None else found
-    return seed if isinstance(seed, int) and not isinstance(seed, bool) and seed >= 0 else None
+        return OwnFacts(None, "")
+    seed, name = (
+        Scenario.model_fields[key].default if found.get(key) is None else found[key]
+        for key in ("seed", "name")
+    )
+    whole = isinstance(seed, int) and not isinstance(seed, bool) and seed >= 0
+    return OwnFacts(seed if whole else None, str(name))
 
 
 @dataclass(frozen=True)

@@ -23,6 +23,7 @@ from escort_mj.record.process import alive, identify
 FORMAT = 1
 JUDGED = ("metric", "demanded", "passed", "value", "margin", "message")  # what is looked at of a verdict
 CUSTOM = "custom_metrics"  # those of plugins, by name
+FAULTS = "faults"  # of a scenario that is none
 COLUMNS: dict[str, Kinds] = {
     **dict.fromkeys(("key", "outcome", "message", "scenario"), WORDS),
     **dict.fromkeys(("seed", "passed"), (int,)),
@@ -33,6 +34,7 @@ COLUMNS: dict[str, Kinds] = {
     "verdicts": (list,),
     "folder": (str, type(None)),
     CUSTOM: (dict,),
+    FAULTS: (list,),
 }
 DAMAGE = (sqlite3.Error, UnicodeDecodeError)  # the latter where SQLite quotes bytes that are no text
 PATIENCE = 60.0  # s, for another process's transaction
@@ -69,6 +71,7 @@ class Row(NamedTuple):
         versions: Of the programs that took part.
         metrics: Value of each metric; None where there is none, infinite for "never".
         folder: Its run folder, where one was kept.
+        faults: What is wrong with its scenario.
     """
 
     key: str
@@ -84,6 +87,7 @@ class Row(NamedTuple):
     versions: dict[str, str]
     metrics: dict[str, float | None]
     folder: str | None = None
+    faults: list[dict[str, Any]] = []  # noqa: RUF012  rows are not changed
 
     @property
     def failed(self) -> list[str]:
@@ -125,8 +129,9 @@ class Store:
                 for name in METRIC_NAMES:
                     if name not in have:
                         run(f"ALTER TABLE runs ADD COLUMN {name} REAL")
-                if CUSTOM not in have:
-                    run(f"ALTER TABLE runs ADD COLUMN {CUSTOM} TEXT")
+                for name in (CUSTOM, FAULTS):
+                    if name not in have:
+                        run(f"ALTER TABLE runs ADD COLUMN {name} TEXT")
                 run(f"PRAGMA user_version = {FORMAT}")
         except WriteError:
             raise
@@ -193,6 +198,7 @@ class Store:
             "settings": json.dumps(row.settings),
             "verdicts": json.dumps(row.verdicts),
             "versions": json.dumps(row.versions),
+            FAULTS: json.dumps(row.faults),
             "passed": int(row.passed),
             "ended": time.time(),
         }
@@ -233,7 +239,8 @@ class Store:
         """
         place = f"run {str(values['key'])[:12]}: "
         values[CUSTOM] = "{}" if custom is None else custom
-        for name in ("settings", "verdicts", "versions", CUSTOM):
+        values[FAULTS] = values[FAULTS] or "[]"
+        for name in ("settings", "verdicts", "versions", CUSTOM, FAULTS):
             try:
                 values[name] = json.loads(values[name])
             except (TypeError, ValueError):

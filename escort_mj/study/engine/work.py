@@ -5,6 +5,8 @@ from __future__ import annotations
 import shutil
 import threading
 import time
+import traceback
+from collections.abc import Sequence
 from contextlib import ExitStack
 from dataclasses import asdict
 from functools import lru_cache
@@ -12,10 +14,10 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from escort_mj import stopping
-from escort_mj.errors import EscortError, RunFolderError
+from escort_mj.errors import EscortError, Fault, RunFolderError, ScenarioError
 from escort_mj.measuring import measure_over
 from escort_mj.mission import Flight, Room, fly, save
-from escort_mj.record.folder import STUDY, RunFolder, is_run, read_run
+from escort_mj.record.folder import CHECK, STUDY, RunFolder, is_run, read_run
 from escort_mj.record.outcome import Outcome
 from escort_mj.record.window import Span
 from escort_mj.scenario import Scenario, dump_scenario
@@ -24,6 +26,7 @@ from escort_mj.scenario.reader.load import Template
 from escort_mj.study.engine.store import Row
 
 RUNS = "runs"
+WRONG = 2  # exit code of what is wrong with input
 
 
 class Job(NamedTuple):
@@ -35,10 +38,15 @@ class Job(NamedTuple):
         settings: What its cell sets.
         text: The scenario's YAML before that.
         source: What to call it.
-        folder: Where to keep the run; None for nowhere.
+        out: Folder of the results; None where nothing is kept.
+        folder: Where in it to keep the run; None for nowhere.
         only_failed: Keep it only where it fails.
         measured: What is measured of it beside the metrics that it has anyway: a name, the metric's, and the
             part of the run.
+        made_by: As for `RunFolder.create`.
+        overrides: Texts `key.path=value` that are set in place of the settings and the seed; None for these.
+        plugins: Plugins beside those that the scenario names.
+        repeat: How many runs it takes; all of them must have the same bits.
     """
 
     key: str
@@ -46,9 +54,19 @@ class Job(NamedTuple):
     settings: dict[str, Any]
     text: str
     source: str
-    folder: Path | None
+    out: Path | None
+    folder: str | None
     only_failed: bool
     measured: tuple[tuple[str, str, Span], ...] = ()
+    made_by: str = STUDY
+    overrides: tuple[str, ...] | None = None
+    plugins: tuple[str, ...] = ()
+    repeat: int = 1
+
+    @property
+    def place(self) -> Path | None:
+        """Its run folder."""
+        return None if self.out is None or self.folder is None else self.out / self.folder
 
 
 _mine = threading.local()
@@ -108,21 +126,34 @@ def fly_keeping(scenario: Scenario, folder: Path | None, made_by: str, always: b
 def perform(job: Job) -> Row:
     """Make one run and summarize it; an error becomes a row too."""
     began = time.perf_counter()
+
+    def nothing(message: str, faults: Sequence[Fault] = ()) -> Row:
+        wall, told = time.perf_counter() - began, [asdict(fault) for fault in faults]
+        return row_of_nothing(job, Outcome.FAILED.value, message, wall, told)
+
     try:
-        scenario = _template(job.text, job.source).scenario(job.settings | {"seed": job.seed})
-        run = fly_keeping(scenario, job.folder, STUDY, always=not job.only_failed)
-        kept = not job.only_failed or not run.passed
+        given = job.settings | {"seed": job.seed} if job.overrides is None else job.overrides
+        scenario = _template(job.text, job.source).scenario(given, job.plugins)
+        always = not job.only_failed or job.repeat > 1
+        run = fly_keeping(scenario, job.place, job.made_by, always)
         assert run.recording is not None, "single runs keep their recording"
+        if first := signal_that_differs(run, [fly(scenario) for _ in range(1, job.repeat)]):
+            return nothing(f"the runs of one seed have different bits, first in {first}")
+        kept = not job.only_failed or not run.passed
+        if always and not kept and job.place is not None:
+            shutil.rmtree(job.place, ignore_errors=True)
         known = {metric.name: metric for metric in catalog_of(scenario).metrics}
         more = {key: measure_over(known[name], run.recording, span) for key, name, span in job.measured}
         if broken := [found.reason for found in more.values() if found.broken]:
-            return row_of_nothing(job, Outcome.FAILED.value, broken[0], time.perf_counter() - began)
+            return nothing(broken[0])
+    except ScenarioError as error:
+        return nothing(str(error), error.faults)
     except EscortError as error:
-        return row_of_nothing(job, Outcome.FAILED.value, str(error), time.perf_counter() - began)
+        return nothing(str(error), [Fault(str(error))] if error.exit_code == WRONG else ())
     except Exception as error:
         stopping.raise_if_interrupted()  # some libraries make an interrupt an error of their own
-        message = f"{type(error).__name__}: {error}"
-        return row_of_nothing(job, Outcome.FAILED.value, message, time.perf_counter() - began)
+        words = f"{type(error).__name__}: {error}"
+        return nothing(traceback.format_exc().strip() if job.made_by == CHECK else words)
     attributes, prefix = run.recording.attrs, "version_"
     return Row(
         job.key,
@@ -141,16 +172,27 @@ def perform(job: Job) -> Row:
             if str(name).startswith(prefix)
         },
         {name: found.value for name, found in (run.measures | more).items()} if run.outcome.good else {},
-        f"{RUNS}/{job.folder.name}" if job.folder is not None and kept else None,
+        job.folder if kept else None,
     )
 
 
-def row_of_nothing(job: Job, outcome: str, message: str, wall_time: float) -> Row:
+def signal_that_differs(run: Flight, others: Sequence[Flight]) -> str:
+    """Return the first signal in which a run differs from others, bit by bit; empty if there is none."""
+    for other in (each.recording for each in others):
+        assert run.recording is not None and other is not None, "single runs keep their recording"
+        for name, variable in run.recording.data_vars.items():
+            if variable.values.tobytes() != other.data_vars[name].values.tobytes():
+                return str(name)
+    return ""
+
+
+def row_of_nothing(
+    job: Job, outcome: str, message: str, wall_time: float, faults: Sequence[dict[str, Any]] = ()
+) -> Row:
     """The row of a run that came to nothing; what it left on disk is kept."""
-    left = job.folder is not None and is_run(job.folder)
-    folder = f"{RUNS}/{job.folder.name}" if job.folder is not None and left else None
+    folder = job.folder if job.place is not None and is_run(job.place) else None
     how = outcome, message, False, 0.0, wall_time
-    return Row(job.key, job.seed, job.settings, *how, [], "", {}, {}, folder)
+    return Row(job.key, job.seed, job.settings, *how, [], "", {}, {}, folder, list(faults))
 
 
 def killed(job: Job, cause: str = "") -> Row:
@@ -161,7 +203,7 @@ def killed(job: Job, cause: str = "") -> Row:
         cause: What they died of, if that is known.
     """
     words = f"its worker process died, time and again{cause and f': {cause}'}"
-    return row_of_nothing(job, Outcome.KILLED.value, f"{words}{kept_of(job.folder)}", 0.0)
+    return row_of_nothing(job, Outcome.KILLED.value, f"{words}{kept_of(job.place)}", 0.0)
 
 
 def kept_of(folder: Path | None) -> str:

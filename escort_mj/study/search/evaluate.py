@@ -109,7 +109,7 @@ class Evaluator:
                     return None
                 template = self.design.template_of(cell)
                 key = self.design.key(cell, moved)
-                given = key, moved, cell.settings, template.text, template.source, None, False
+                given = key, moved, cell.settings, template.text, template.source, None, None, False
                 jobs.append(Job(*given, self.design.measured()))
         return jobs
 

@@ -230,7 +230,8 @@ def _job(design: Design, run: Planned, out: Path) -> Job:
         design.cells[run.cell].settings,
         template.text,
         os.path.abspath(template.source),  # whatever folder a worker is in
-        None if keep == "none" else out / RUNS / design.folder_of(run),
+        out,
+        None if keep == "none" else f"{RUNS}/{design.folder_of(run)}",
         keep == "failed",
         design.measured(),
     )

@@ -64,7 +64,7 @@ def test_a_check_keeps_what_a_killed_run_recorded_and_goes_on(killer: Any, tmp_p
     thread.join()
     assert recorded(tmp_path / "long") > 1.0
     assert first.code == 3 and first.folder == tmp_path / "long"
-    assert first.error.startswith("the process that ran it died each time: killed by SIGKILL")
+    assert first.error.startswith("its worker process died, time and again: killed by SIGKILL")
     assert f"{tmp_path / 'long'} holds it up to {recorded(tmp_path / 'long'):.2f} s" in first.error
     assert second.code == 0 and not (tmp_path / "short").exists()
 

@@ -232,7 +232,7 @@ def test_an_impossible_seed_is_a_row_of_its_own(tmp_path: Path) -> None:
     laid_out = design(tmp_path, text + " robots.placement: {within: 3, least_gap: 0.1}}\n")
     (run,) = laid_out.runs()
     settings = laid_out.cells[0].settings | {"robots.placement.within": 0.5}
-    row = perform(Job(run.key, 1, settings, laid_out.templates["main"].text, "main", None, False))
+    row = perform(Job(run.key, 1, settings, laid_out.templates["main"].text, "main", None, None, False))
     assert row.outcome == "failed"
     assert "no free place" in row.message
     assert not row.passed

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -25,6 +26,7 @@ Array = NDArray[np.float64]
 BINS = 8  # of values that were drawn
 MOST_CELLS = 60
 BAR = 0.2  # inches of height
+LETTERS = 44, 24  # of a title's line over one of two panels, and of four
 ABREAST = 4  # panels
 ALONE = (0.25, 0.35, 0.5)
 DASHES: tuple[Any, ...] = ("-", (0, (5, 2)), (0, (2, 2)))  # lines that coincide all show
@@ -122,7 +124,8 @@ def _curves(axes: Axes, quantity: Quantity, lines: Sequence[Sequence[Point]]) ->
 
 def _prepare(axes: Axes, quantity: Quantity, scale: Scale, vertical: bool) -> None:
     """Heading, unit and limits of a panel; shares from nothing to all."""
-    axes.set_title(heading(quantity, "\n"))
+    letters = LETTERS[0] if vertical else LETTERS[1]
+    axes.set_title("\n".join(textwrap.fill(line, letters) for line in heading(quantity, "\n").split("\n")))
     label = "[" + scale.unit + "]" if scale.unit else ""
     margin = 0.06 * (scale.high - scale.low)
     limits = (scale.low - margin, scale.high + margin)
@@ -164,7 +167,7 @@ def draw_intervals(path: Path, results: Results, by: Factor | None, quantities: 
     if by is not None:
         colors = [colors_of(len(by.levels))[results.level_of_cell[by.name][index]] for index in cells]
     rows = -(-len(quantities) // ABREAST)
-    height = rows * (1.0 + BAR * max(len(cells), 3))
+    height = rows * (1.16 + BAR * max(len(cells), 3))
     with figure(path, height, f"{results.name}: each cell", width=9.6) as canvas:
         grid = canvas.subplots(rows, min(len(quantities), ABREAST), squeeze=False, sharey=True)
         for axes, quantity in zip(grid.ravel(), quantities, strict=False):
