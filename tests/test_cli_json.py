@@ -9,7 +9,8 @@ from types import SimpleNamespace
 import pytest
 
 from escort_mj.cli import app
-from escort_mj.cli.app import finish
+from escort_mj.cli.app import Answer, finish
+from escort_mj.cli.streams import OUTPUT
 from tests.test_cli import QUIET, command
 
 __all__ = ["command"]
@@ -96,13 +97,14 @@ def test_bad_input_prints_no_document(command) -> None:
 
 def test_every_command_is_on_the_page() -> None:
     commands = {info.name: info.callback for info in app.registered_commands}
-    with_json = {name for name, call in commands.items() if "as_json" in inspect.signature(call).parameters}
+    with_json = {name for name, call in commands.items() if "json" in inspect.signature(call).parameters}
     assert with_json == set(KEYS)
     assert set(commands) - with_json <= WITHOUT, "a command prints results, but no JSON"
 
 
-def test_what_json_has_no_word_for(capfd) -> None:
+def test_what_json_has_no_word_for(capfd, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(OUTPUT, "json", True)
     with pytest.raises(Exception):  # noqa: B017  typer's own Exit
-        finish("run", True, [], 1, value=float("nan"), path=Path("a"), pair=(1, 2))
+        finish("run", Answer([], {"value": float("nan"), "path": Path("a"), "pair": (1, 2)}, 1))
     document = {"command": "run", "exit_code": 1, "value": None, "path": "a", "pair": [1, 2]}
     assert json.loads(capfd.readouterr().out) == document

@@ -15,7 +15,7 @@ from escort_mj.api import loaded, scenarios_folder, study_path
 from escort_mj.api.shown import ShownPage
 from escort_mj.progress import Progress, shown_progress
 from escort_mj.scenario import Scenario
-from escort_mj.scenario.arguments import Count, Source, StudySource, checked
+from escort_mj.scenario.arguments import Count, NotNegative, Source, StudySource, checked
 from escort_mj.scenario.reader.overrides import Overrides
 from escort_mj.study.engine.parallel import cores
 
@@ -132,9 +132,9 @@ def sweep(
         study: Study file, name of a shipped study, or a mapping with the keys of a file.
         out: Folder of results; None for `renders/studies/NAME`.
         workers: Number of parallel runs; None for one per core.
-        backend: Local processes, threads, or a Dask cluster.
-        scheduler: Address of a Dask scheduler; None to start a local cluster.
-        confirmed: Whether to start a study that exceeds its own `at_most`.
+        backend: Where runs are made: local processes, threads, or a Dask cluster.
+        scheduler: Address of a Dask scheduler, such as `tcp://host:8786`; None to start a local cluster.
+        confirmed: Whether to start a study of more runs than its own `at_most`.
         overrides: Texts `key.path=value` that are added to the study's `set`.
         progress: Called with progress, as for `shown_progress`; None shows it on terminals and in notebooks.
 
@@ -168,8 +168,8 @@ def compare(
     out: str | os.PathLike[str] | None = None,
     *,
     over: Literal["whole", "tail"] | None = None,
-    after: float | None = None,
-    before: float | None = None,
+    after: NotNegative | None = None,
+    before: NotNegative | None = None,
     workers: Count | None = None,
     again: bool = False,
     overrides: Overrides = (),
@@ -181,17 +181,17 @@ def compare(
 
     Args:
         scenario: A scenario, or any source that `load_scenario` accepts.
-        laws: Names of laws; empty for all.
-        outer: Names of outer loops; empty for that of the scenario.
+        laws: Names of laws, such as `apd_smc`; empty for all.
+        outer: Names of outer loops, such as `barrier_filter`; empty for that of the scenario.
         seeds: Number of seeds, starting at the scenario's seed.
         out: Folder of results; None for `renders/compare/NAME`.
         over: Part of each run that quantities look at: the `whole` run, or its `tail`, which is its last
             fifth; None for what `after` and `before` say, or that of each quantity. A settling time is
             always looked for in the whole run.
-        after: Start of the window [s].
+        after: Start of a window [s], instead of `over`.
         before: End of the window [s]; None for the end of the run.
         workers: Number of processes; None for one per core.
-        again: Whether to repeat existing runs.
+        again: Whether to repeat runs that already exist.
         overrides: A mapping of key paths to values, or texts `key.path=value`, to set there.
         plugins: Additional plugins: Python files or names of installed plugins.
         progress: As for `sweep`.
@@ -266,7 +266,7 @@ def reproduce(
         only: Figures, 5 to 17; empty for all.
         out: Folder of results; None for `renders/reproduction`.
         workers: Number of processes; None for one per core.
-        again: Whether to repeat existing runs.
+        again: Whether to repeat runs that already exist.
         progress: As for `sweep`.
 
     Returns:

@@ -4,20 +4,21 @@ from __future__ import annotations
 
 import copy
 import errno
+import inspect
 import os
 import sys
 import time
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import AbstractContextManager, ExitStack, contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, NoReturn
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, NoReturn
 
 import typer
 
 from escort_mj import stopping
-from escort_mj.cli import complete
-from escort_mj.cli.group import Commands, print_version, start_over
-from escort_mj.cli.streams import OUTPUT, lasting_streams, printable_json, say
+from escort_mj.cli.group import Commands, print_version
+from escort_mj.cli.options import SHARED, help_of, options, plain
+from escort_mj.cli.streams import OUTPUT, Output, lasting_streams, printable_json, say
 from escort_mj.errors import EscortError, LogError, ScenarioError
 from escort_mj.progress import terminal_bar
 
@@ -47,40 +48,6 @@ DISK = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS, errno.EIO)
 
 GOOD, VERDICT_FAILED, BAD_INPUT, BROKEN = 0, 1, 2, 3
 
-ScenarioArgument = Annotated[
-    str,
-    typer.Argument(
-        help="Scenario file, or name of a shipped scenario such as main.",
-        autocompletion=complete.scenarios,
-    ),
-]
-RunArgument = Annotated[
-    Path, typer.Argument(help="Run folder.", exists=True, file_okay=False, autocompletion=complete.runs)
-]
-JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON document instead of text.")]
-SetOption = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--set",
-        metavar="KEY.PATH=VALUE",
-        help="Override a value; repeatable.",
-        autocompletion=complete.overrides,
-    ),
-]
-WorkersOption = Annotated[
-    int | None, typer.Option(min=1, help="Number of processes [default: number of cores].")
-]
-OverwriteOption = Annotated[bool, typer.Option("--overwrite", help="Replace an earlier run in the folder.")]
-VideoOption = Annotated[bool, typer.Option("--video/--no-video", help="Whether to render the video.")]
-FiguresOption = Annotated[bool, typer.Option("--figures/--no-figures", help="Whether to draw the figures.")]
-ReportOption = Annotated[
-    bool, typer.Option("--report/--no-report", help="Whether to write report.html with a replay.")
-]
-PluginOption = Annotated[
-    list[str] | None,
-    typer.Option("--plugin", metavar="FILE|NAME", help="Python file or installed plugin; repeatable."),
-]
-
 
 @app.callback()
 def _before_every_command(
@@ -88,30 +55,70 @@ def _before_every_command(
         bool, typer.Option("--version", help="Print the version.", is_eager=True, callback=print_version)
     ] = False,
 ) -> None:
-    start_over()
+    vars(OUTPUT).update(vars(Output()))  # an earlier command of this process has its own
 
 
-def finish(
-    command: str, as_json: bool, lines: Iterable[str], code: int = GOOD, /, **results: Any
-) -> NoReturn:
-    """End a command with its exit code: print lines of text, or the results as one JSON document.
+class Answer(NamedTuple):
+    """What came of a command.
+
+    Attributes:
+        lines: What people read.
+        told: What programs read; every document has `command` and `exit_code`, too (docs/json.md).
+        code: The exit code.
+    """
+
+    lines: Iterable[str]
+    told: Mapping[str, Any]
+    code: int = GOOD
+
+
+def command(
+    name: str,
+    like: str = "",
+    flags: Mapping[str, str] = {},
+    choices: Mapping[str, Iterable[str]] = {},
+    json: bool = True,
+) -> Callable[[Callable[..., Answer | None]], Callable[..., Answer | None]]:
+    """Return what makes a function a command, with the arguments and options of its signature and docstring.
 
     Args:
-        command: Its name.
-        as_json: Whether to print JSON.
-        lines: What people read.
-        code: The exit code.
-        results: What programs read; every document has `command` and `exit_code`, too (docs/json.md).
+        name: Of the command.
+        like: Function of the package whose parameters it has, too, see `options`.
+        flags: By name, what options are called, see `options`.
+        choices: By name, the words that an argument may be, where its type does not list them.
+        json: Whether the command has the option --json.
     """
-    if as_json:
+
+    def register(function: Callable[..., Answer | None]) -> Callable[..., Answer | None]:
+        parameters = options(function, like, flags, choices)
+        parameters += SHARED if json else SHARED[1:]
+
+        def call(**given: Any) -> None:
+            vars(OUTPUT).update({field: given.pop(field) for field in vars(OUTPUT) if field in given})
+            answer = function(**plain(parameters, given))
+            if answer is not None:
+                finish(name, answer)
+
+        call.__doc__ = help_of(function)
+        call.__annotations__ = {each.name: each.annotation for each in parameters}
+        vars(call)["__signature__"] = inspect.Signature(parameters)
+        app.command(name)(call)
+        return function
+
+    return register
+
+
+def finish(command: str, answer: Answer) -> NoReturn:
+    """End a command with its exit code: print lines of text, or the results as one JSON document."""
+    if OUTPUT.json:
         from escort_mj.record.files import json_text
 
-        document = {"command": command, "exit_code": code} | results
+        document = {"command": command, "exit_code": answer.code, **answer.told}
         typer.echo(printable_json(json_text(document)))
-    elif not OUTPUT.quiet or code != GOOD:
-        for line in lines:
+    elif not OUTPUT.quiet or answer.code != GOOD:
+        for line in answer.lines:
             say(line)
-    raise typer.Exit(code)
+    raise typer.Exit(answer.code)
 
 
 @contextmanager

@@ -38,7 +38,7 @@ TITLES = {
         "each robot and a column for each axis where Python evaluates an equation, and cannot be written.",
     ),
 }
-COMMON = ("quiet", "verbose", "as_json", "help")
+COMMON = ("quiet", "verbose", "json", "help")
 
 
 def commands_page() -> Iterator[str]:

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import inspect
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import typer
 
-from escort_mj.cli import complete
-from escort_mj.cli.app import BAD_INPUT, GOOD, JsonOption, PluginOption, SetOption, app, finish, shown_path
+from escort_mj.cli.app import BAD_INPUT, GOOD, Answer, app, command, shown_path
+from escort_mj.cli.options import Overrides, Texts
 from escort_mj.errors import EscortError, Fault, ScenarioError, UsageError
 from escort_mj.recognize import scenario_names, scenarios_folder, study_names
 
@@ -21,34 +20,15 @@ if TYPE_CHECKING:
 TAGS = {
     "laws": "law",
     "behaviors": "behavior",
-    "robots": "kind",
     "outer-loops": "loop",
     "estimators": "estimator",
     "radios": "radio",
     "sensors": "sensor",
     "policies": "policy",
     "disturbances": "disturbance",
+    "robots": "kind",
 }
-Kind = Literal[
-    "scenarios",
-    "studies",
-    "laws",
-    "behaviors",
-    "outer-loops",
-    "estimators",
-    "radios",
-    "sensors",
-    "policies",
-    "disturbances",
-    "robots",
-    "metrics",
-    "expectations",
-    "signals",
-    "figures",
-    "values",
-    "commands",
-]
-
+"""By what a scenario asks for components: the key of their name in their tables."""
 
 Read = tuple[str, list[str]]
 """What a file holds, in words, and what to know of it."""
@@ -80,31 +60,7 @@ class Listed(NamedTuple):
         return {name: value for name, value in self._asdict().items() if value or name in self._fields[:3]}
 
 
-@app.command("list")
-def list_command(
-    kind: Annotated[Kind | None, typer.Argument(help="Kind of items to list.")] = None,
-    markdown: Annotated[bool, typer.Option("--markdown", help="Print a Markdown page.")] = False,
-    plugins: PluginOption = None,
-    as_json: JsonOption = False,
-) -> None:
-    """List available scenarios, studies, laws, behaviors, robots, metrics, signals and more.
-
-    Example: escort-mj list
-
-    Example: escort-mj list metrics
-    """
-    found = {name: [*make(plugins or ())] for name, make in LISTS.items() if kind in (None, name)}
-    if markdown:
-        typer.echo("\n".join(_page(found)))
-    finish(
-        "list",
-        as_json,
-        () if markdown else _lines(found, kind is None),
-        found={name: [entry.document() for entry in entries] for name, entries in found.items()},
-    )
-
-
-def _lines(found: Mapping[Kind, list[Listed]], short: bool) -> Iterator[str]:
+def _lines(found: Mapping[str, list[Listed]], short: bool) -> Iterator[str]:
     """What was found, for a terminal; names alone where everything is listed."""
     for name, entries in found.items():
         if short:
@@ -120,7 +76,7 @@ def _lines(found: Mapping[Kind, list[Listed]], short: bool) -> Iterator[str]:
         yield f"escort-mj list {next(iter(found))} says what each is, and likewise for the others"
 
 
-def _page(found: Mapping[Kind, list[Listed]]) -> Iterator[str]:
+def _page(found: Mapping[str, list[Listed]]) -> Iterator[str]:
     """The same as Markdown."""
     from escort_mj.cli.handbook import TITLES, commands_page
     from escort_mj.record.tables import markdown
@@ -144,7 +100,7 @@ def reference_pages() -> dict[str, str]:
     """Return the pages of the docs that are made from the code, by the names of their files."""
     from escort_mj.scenario.reader.handbook import handbook
 
-    kinds: tuple[Kind, ...] = ("commands", "metrics", "signals", "values")
+    kinds = ("commands", "metrics", "signals", "values")
     made = {f"{kind}.md": "\n".join(_page({kind: [*LISTS[kind](())]})) for kind in kinds}
     return {"keys.md": handbook()} | made
 
@@ -217,8 +173,8 @@ def _values(plugins: Sequence[str]) -> Iterator[Listed]:
 
 
 def _commands(plugins: Sequence[str]) -> Iterator[Listed]:
-    for command in app.registered_commands:
-        yield Listed(str(command.name), "", _first(inspect.getdoc(command.callback) or ""))
+    for each in app.registered_commands:
+        yield Listed(str(each.name), "", _first(each.callback.__doc__ or ""))
 
 
 def _first(text: str) -> str:
@@ -226,18 +182,10 @@ def _first(text: str) -> str:
     return " ".join(text.split("\n\n")[0].split())
 
 
-LISTS: dict[Kind, Callable[[Sequence[str]], Iterator[Listed]]] = {
+LISTS: dict[str, Callable[[Sequence[str]], Iterator[Listed]]] = {
     "scenarios": _described(scenario_names),
     "studies": _described(study_names),
-    "laws": _components("law"),
-    "behaviors": _components("behavior"),
-    "outer-loops": _components("loop"),
-    "estimators": _components("estimator"),
-    "radios": _components("radio"),
-    "sensors": _components("sensor"),
-    "policies": _components("policy"),
-    "disturbances": _components("disturbance"),
-    "robots": _components("kind"),
+    **{kind: _components(tag) for kind, tag in TAGS.items()},
     "metrics": _metrics,
     "expectations": _expectations,
     "signals": _signals,
@@ -247,19 +195,27 @@ LISTS: dict[Kind, Callable[[Sequence[str]], Iterator[Listed]]] = {
 }
 
 
-@app.command("validate")
-def validate_command(
-    paths: Annotated[
-        list[str],
-        typer.Argument(
-            help="Scenario or study files, folders of scenarios, or names of shipped scenarios and studies.",
-            autocompletion=complete.scenarios_or_studies,
-        ),
-    ],
-    overrides: SetOption = None,
-    plugins: PluginOption = None,
-    as_json: JsonOption = False,
-) -> None:
+@command("list", flags={"kind": "kind"}, choices={"kind": LISTS})
+def list_command(kind: str | None = None, markdown: bool = False, plugins: Texts = ()) -> Answer:
+    """List available scenarios, studies, laws, behaviors, robots, metrics, signals and more.
+
+    Example: escort-mj list
+
+    Example: escort-mj list metrics
+
+    Args:
+        kind: Kind of items to list.
+        markdown: Print a Markdown page.
+    """
+    found = {name: [*make(plugins)] for name, make in LISTS.items() if kind in (None, name)}
+    if markdown:
+        typer.echo("\n".join(_page(found)))
+    told = {name: [entry.document() for entry in entries] for name, entries in found.items()}
+    return Answer(() if markdown else _lines(found, kind is None), {"found": told})
+
+
+@command("validate")
+def validate_command(paths: Texts, overrides: Overrides = (), plugins: Texts = ()) -> Answer:
     """Validate scenarios and studies without running them. The exit code is 2 if any is invalid.
 
     All errors are reported together, except that a table with an invalid key is checked against other
@@ -268,6 +224,9 @@ def validate_command(
     Example: escort-mj validate mine.yaml
 
     Example: escort-mj validate scenarios/ studies/minute
+
+    Args:
+        paths: Scenario or study files, folders of scenarios, or names of shipped scenarios and studies.
     """
     from escort_mj import api
     from escort_mj.study.checked import Case
@@ -281,7 +240,7 @@ def validate_command(
         path = Path(api.study_path(study))
         found.append(_validated(Case(path, study), partial(_study, path)))
     faults = sum(len(one["faults"]) for one in found)
-    finish("validate", as_json, _verdicts(found), BAD_INPUT if faults else GOOD, files=found)
+    return Answer(_verdicts(found), {"files": found}, BAD_INPUT if faults else GOOD)
 
 
 def _is_study(path: str) -> bool:
@@ -296,14 +255,14 @@ def _is_study(path: str) -> bool:
     return any(line.startswith("study:") for line in text.splitlines())
 
 
-def _scenario(case: Case, overrides: list[str] | None, plugins: list[str] | None) -> Read:
+def _scenario(case: Case, overrides: Overrides, plugins: Texts) -> Read:
     from escort_mj import api
     from escort_mj.scenario import robot_count
     from escort_mj.scenario.checks.expectations import notes
 
     if case.fault:
         raise ScenarioError([Fault(case.fault)])
-    read = api.load_scenario(case.path, overrides or (), plugins or ())
+    read = api.load_scenario(case.path, overrides, plugins)
     expected = len(read.expect)
     summary = (
         f"{robot_count(read)} robots, {read.axes} axes, {read.duration:g} s, "

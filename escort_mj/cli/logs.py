@@ -3,70 +3,36 @@
 from __future__ import annotations
 
 from contextlib import nullcontext
-from dataclasses import asdict
 from pathlib import Path
-from typing import Annotated
-
-import typer
 
 from escort_mj.cli.app import (
     GOOD,
     VERDICT_FAILED,
-    FiguresOption,
-    JsonOption,
-    OverwriteOption,
-    PluginOption,
-    ReportOption,
-    SetOption,
-    VideoOption,
-    app,
-    complete,
+    Answer,
+    command,
     drawing_figures,
-    finish,
     progress_bar,
-    shown_path,
 )
-from escort_mj.cli.runs import draw, exit_code
+from escort_mj.cli.options import Either, Overrides, ScenarioName, Texts
+from escort_mj.cli.runs import draw, exit_code, judged, run_folder_of, wrote
 from escort_mj.errors import UsageError
 
 
-@app.command("judge")
+@command("judge", like="api.judge", flags={"scenario": "--scenario", "names": "--map BODY=NAME"})
 def judge_command(
-    log: Annotated[
-        Path,
-        typer.Argument(help="Log of real robots: FILE.csv, FILE.parquet, FILE.mcap, or a ROS bag."),
-    ],
-    scenario: Annotated[
-        str,
-        typer.Option(
-            help="Scenario file, or name of a shipped scenario, against which the log is judged.",
-            autocompletion=complete.scenarios,
-        ),
-    ],
-    names: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--map",
-            metavar="BODY=NAME",
-            help="Name of a body in the log, such as robot_1=/uav3/odom or robot_1=uav3; repeatable.",
-        ),
-    ] = None,
-    start: Annotated[
-        float | None,
-        typer.Option(
-            help="Time stamp at which the mission starts [s] [default: the first with data on all bodies].",
-        ),
-    ] = None,
-    overrides: SetOption = None,
-    plugins: PluginOption = None,
-    out: Annotated[Path | None, typer.Option(help="Run folder [default: renders/LOG].")] = None,
-    overwrite: OverwriteOption = False,
-    video: VideoOption = False,
-    figures: FiguresOption = True,
-    report: ReportOption = False,
-    strict: Annotated[bool, typer.Option(help="Fail unless every expectation is judged.")] = False,
-    as_json: JsonOption = False,
-) -> None:
+    log: Path,
+    scenario: ScenarioName,
+    names: Texts = (),
+    start: float | None = None,
+    overrides: Overrides = (),
+    plugins: Texts = (),
+    out: Path | None = None,
+    overwrite: bool = False,
+    video: Either = False,
+    figures: Either = True,
+    report: Either = False,
+    strict: Either = False,
+) -> Answer:
     """Judge a log of real robots against a scenario, and write the result as a run folder.
 
     Verdicts on quantities that the log does not contain neither pass nor fail; if nothing that the scenario
@@ -75,56 +41,50 @@ def judge_command(
     Example: escort-mj judge flight.csv --scenario mission.yaml
 
     Example: escort-mj judge bag_folder --scenario mission.yaml --map robot_1=/uav3/odom --report
+
+    Args:
+        log: Log of real robots: FILE.csv, FILE.parquet, FILE.mcap, or a ROS bag.
+        scenario: Scenario file, or name of a shipped scenario, against which the log is judged.
+        names: Name of a body in the log, such as robot_1=/uav3/odom or robot_1=uav3; repeatable.
+        start: Time stamp at which the mission starts [s]; None for the first with data on all bodies.
+        out: Run folder; None for renders/LOG.
+        overwrite: Replace an earlier run in the folder.
+        video: Whether to render the video.
+        figures: Whether to draw the figures.
+        report: Whether to write report.html with a replay.
+        strict: Fail unless every expectation is judged.
     """
     from escort_mj import api
     from escort_mj.expect.verdicts import verdict_lines
     from escort_mj.judging.judge import judge_log
     from escort_mj.mission import save
-    from escort_mj.record.folder import RunFolder
     from escort_mj.record.recording import gaps_of
 
-    mission = api.load_scenario(scenario, overrides or (), plugins or ())
+    mission = api.load_scenario(scenario, overrides, plugins)
     with progress_bar("judging", " s") as progress:
-        result = judge_log(log, mission, _names(names or ()), start, progress)
-    if out is None and not overwrite:
-        created = RunFolder.create_beside(Path("renders") / log.stem)
-    else:
-        created = RunFolder.create(
-            out if out is not None else Path("renders") / log.stem, overwrite=overwrite
-        )
-    with created as folder:
+        result = judge_log(log, mission, _names(names), start, progress)
+    with run_folder_of(Path("renders") / log.stem, out, overwrite) as folder:
         save(folder, result)
     with drawing_figures() if figures else nullcontext() as draw_figures:
         written = draw(folder.path, draw_figures, video, report)
-    judged = [verdict for verdict in result.verdicts if not verdict.skip]
-    missing = len(result.verdicts) - len(judged)
+    known = [verdict for verdict in result.verdicts if not verdict.skip]
+    missing = len(result.verdicts) - len(known)
     unasked = {place for place, one in enumerate(mission.expect) if one.skip is not None}
     unknown = [verdict for verdict in result.verdicts if verdict.skip and verdict.expectation not in unasked]
-    held = sum(verdict.passed for verdict in judged)
+    held = sum(verdict.passed for verdict in known)
     words = f"; {missing} not judged" if missing else ""
     lines = [
         f"{result.scenario.name}: {result.message}",
         *verdict_lines(result.verdicts),
-        f"{held} of {len(judged)} verdicts passed{words}",
-        f"wrote {shown_path(folder.path)}: {' '.join(written)}",
+        f"{held} of {len(known)} verdicts passed{words}",
+        wrote(folder.path, written),
     ]
-    finish(
-        "judge",
-        as_json,
-        lines,
-        exit_code(result) or (VERDICT_FAILED if strict and unknown else GOOD),
-        scenario=result.scenario.name,
-        message=result.message,
-        verdicts=[asdict(verdict) for verdict in result.verdicts],
-        not_judged=missing,
-        gaps=gaps_of(result.trace).tolist(),
-        metrics=result.metrics,
-        folder=shown_path(folder.path),
-        written=[name.split(" ")[0] for name in written],
-    )
+    told = {"not_judged": missing, "gaps": gaps_of(result.trace).tolist()}
+    code = exit_code(result) or (VERDICT_FAILED if strict and unknown else GOOD)
+    return Answer(lines, judged(result, folder.path, written) | told, code)
 
 
-def _names(pairs: list[str] | tuple[str, ...]) -> dict[str, str]:
+def _names(pairs: Texts) -> dict[str, str]:
     """What `--map` says."""
     found: dict[str, str] = {}
     for pair in pairs:

@@ -4,105 +4,50 @@ from __future__ import annotations
 
 import re
 from contextlib import nullcontext
-from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any, Literal
 
-import typer
-
-from escort_mj.cli.app import (
-    FiguresOption,
-    JsonOption,
-    RunArgument,
-    VideoOption,
-    app,
-    drawing_video,
-    finish,
-    progress_bar,
-    shown_path,
-)
+from escort_mj.cli.app import Answer, command, drawing_video, progress_bar, shown_path
+from escort_mj.cli.options import Either, Formats, RunFolder
 from escort_mj.errors import UsageError
 
 if TYPE_CHECKING:
     from escort_mj.scenario.schema.scenario import Video
 
 
-class CameraChoice(StrEnum):
-    """Cameras of `--camera`."""
-
-    OVERVIEW = "overview"
-    FOLLOW = "follow"
-    TOP = "top"
-
-
-class VideoFormat(StrEnum):
-    """Formats of `--format`."""
-
-    MP4 = "mp4"
-    WEBP = "webp"
-
-
-class FigureFormat(StrEnum):
-    """Formats of `--figure-format`."""
-
-    PNG = "png"
-    PDF = "pdf"
-    SVG = "svg"
-
-
-@app.command("render")
+@command(
+    "render",
+    flags={
+        "start": "--from",
+        "end": "--to",
+        "size": "--size WxH",
+        "video_format": "--format",
+        "formats": "--figure-format",
+        "width": "--width LENGTH",
+        "font": "--font FAMILY",
+    },
+)
 def render_command(
-    run_folder: RunArgument,
-    camera: Annotated[
-        CameraChoice | None, typer.Option(help="Camera of the video [default: the scenario's].")
-    ] = None,
-    azimuth: Annotated[
-        float | None, typer.Option(help="Direction of view around the vertical [deg].")
-    ] = None,
-    elevation: Annotated[
-        float | None, typer.Option(help="Direction of view above the horizon [deg]; -90 looks straight down.")
-    ] = None,
-    distance: Annotated[
-        float | None, typer.Option(help="Distance of the camera from the point it looks at [m].")
-    ] = None,
-    start: Annotated[
-        float | None, typer.Option("--from", help="Simulated time at which the video begins [s].")
-    ] = None,
-    end: Annotated[
-        float | None, typer.Option("--to", help="Simulated time at which the video ends [s].")
-    ] = None,
-    size: Annotated[
-        str | None,
-        typer.Option(metavar="WxH", help="Width and height of the video [pixel], such as 640x360."),
-    ] = None,
-    rate: Annotated[int | None, typer.Option(help="Frames per second.")] = None,
-    speed: Annotated[float | None, typer.Option(help="Simulated seconds per second of the video.")] = None,
-    video_format: Annotated[
-        VideoFormat | None, typer.Option("--format", help="Format of the video [default: mp4].")
-    ] = None,
-    out: Annotated[
-        Path | None,
-        typer.Option(help="File of the video; its suffix selects the format [default: RUN/video.FORMAT]."),
-    ] = None,
-    video: VideoOption = True,
-    figures: FiguresOption = True,
-    formats: Annotated[
-        list[FigureFormat] | None,
-        typer.Option("--figure-format", help="Format of the figures; repeatable [default: png]."),
-    ] = None,
-    width: Annotated[
-        str | None,
-        typer.Option(
-            metavar="LENGTH",
-            help="Width of the figures: column (3.5in), page (7.2in) or a length such as 8.8cm "
-            "[default: page].",
-        ),
-    ] = None,
-    font: Annotated[str | None, typer.Option(metavar="FAMILY", help="Font of the figures.")] = None,
-    font_size: Annotated[float | None, typer.Option(help="Font size of the figures [pt].")] = None,
-    title: Annotated[bool, typer.Option("--title/--no-title", help="Whether figures have a title.")] = True,
-    as_json: JsonOption = False,
-) -> None:
+    run_folder: RunFolder,
+    camera: Literal["overview", "follow", "top"] | None = None,
+    azimuth: float | None = None,
+    elevation: float | None = None,
+    distance: float | None = None,
+    start: float | None = None,
+    end: float | None = None,
+    size: str | None = None,
+    rate: int | None = None,
+    speed: float | None = None,
+    video_format: Literal["mp4", "webp"] | None = None,
+    out: Path | None = None,
+    video: Either = True,
+    figures: Either = True,
+    formats: Formats = (),
+    width: str | None = None,
+    font: str | None = None,
+    font_size: float | None = None,
+    title: Either = True,
+) -> Answer:
     """Redraw the figures and the video of a run folder.
 
     Without options, the video follows the scenario's table `video`.
@@ -112,9 +57,34 @@ def render_command(
     Example: escort-mj render renders/main --no-figures --format webp --size 640x360 --rate 12
 
     Example: escort-mj render renders/main --no-video --figure-format pdf --width column --font-size 7
+
+    Args:
+        camera: Camera of the video; None for the scenario's.
+        azimuth: Direction of view around the vertical [deg].
+        elevation: Direction of view above the horizon [deg]; -90 looks straight down.
+        distance: Distance of the camera from the point it looks at [m].
+        start: Simulated time at which the video begins [s].
+        end: Simulated time at which the video ends [s].
+        size: Width and height of the video [pixel], such as 640x360.
+        rate: Frames per second.
+        speed: Simulated seconds per second of the video.
+        video_format: Format of the video; None for mp4.
+        out: File of the video; its suffix selects the format; None for RUN/video.FORMAT.
+        video: Whether to render the video.
+        figures: Whether to draw the figures.
+        formats: Format of the figures; repeatable [default: png].
+        width: Width of the figures: column (3.5in), page (7.2in) or a length such as 8.8cm; None for page.
+        font: Font of the figures.
+        font_size: Font size of the figures [pt].
+        title: Whether figures have a title.
     """
-    changes: dict[str, Any] = {"camera": camera and camera.value, "azimuth": azimuth, "elevation": elevation}
-    changes |= {"distance": distance, "start": start, "end": end, "rate": rate, "speed": speed} | _sides(size)
+    changes: dict[str, Any] = {
+        "camera": camera,
+        "azimuth": azimuth,
+        "elevation": elevation,
+        "distance": distance,
+    }
+    changes |= {"start": start, "end": end, "rate": rate, "speed": speed} | _sides(size)
     wanted = _video(run_folder, {key: value for key, value in changes.items() if value is not None})
     file = _file(run_folder, out, video_format)
     written: list[str] = []
@@ -125,11 +95,11 @@ def render_command(
 
             look = look_of(width, font, font_size, title)
             with progress_bar("drawing the figures", "", announced=True):
-                drawn = draw_figures(run_folder, [one.value for one in formats or (FigureFormat.PNG,)], look)
+                drawn = draw_figures(run_folder, formats or ("png",), look)
             written += map(shown_path, drawn)
         if rendered():
             written.append(shown_path(file))
-    finish("render", as_json, written, written=written)
+    return Answer(written, {"written": written})
 
 
 def _sides(size: str | None) -> dict[str, int]:
@@ -153,10 +123,10 @@ def _video(folder: Path, changes: dict[str, Any]) -> Video | None:
     return scenario.replace({f"video.{key}": value for key, value in changes.items()}).video
 
 
-def _file(folder: Path, out: Path | None, chosen: VideoFormat | None) -> Path:
+def _file(folder: Path, out: Path | None, chosen: str | None) -> Path:
     """The file of the video."""
     if out is None:
-        return folder / f"video.{(chosen or VideoFormat.MP4).value}"
-    if chosen is not None and out.suffix != f".{chosen.value}":
-        raise UsageError(f"--out: found {out}; --format {chosen.value} expects the suffix .{chosen.value}")
+        return folder / f"video.{chosen or 'mp4'}"
+    if chosen is not None and out.suffix != f".{chosen}":
+        raise UsageError(f"--out: found {out}; --format {chosen} expects the suffix .{chosen}")
     return out

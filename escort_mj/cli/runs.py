@@ -7,7 +7,7 @@ import os
 from contextlib import nullcontext
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Any
 
 import typer
 
@@ -16,53 +16,36 @@ from escort_mj.cli.app import (
     BROKEN,
     GOOD,
     VERDICT_FAILED,
-    FiguresOption,
-    JsonOption,
-    OverwriteOption,
-    PluginOption,
-    ReportOption,
-    RunArgument,
-    ScenarioArgument,
-    SetOption,
-    VideoOption,
-    WorkersOption,
-    app,
-    complete,
+    Answer,
+    command,
     drawing_figures,
     drawing_video,
-    finish,
     progress_bar,
     say,
     shown_path,
 )
-from escort_mj.cli.streams import OUTPUT
+from escort_mj.cli.options import Count, Either, Overrides, RunFolder, ScenarioName, Texts
+from escort_mj.cli.streams import OUTPUT, tell
 from escort_mj.errors import UsageError
 
 if TYPE_CHECKING:
     from escort_mj.mission import Flight
+    from escort_mj.record import folder as record
     from escort_mj.report.figures.ahead import Draw
 
 
-@app.command("run")
+@command("run", like="api.run")
 def run_command(
-    scenario: ScenarioArgument,
-    overrides: SetOption = None,
-    plugins: PluginOption = None,
-    out: Annotated[Path | None, typer.Option(help="Run folder [default: renders/NAME].")] = None,
-    overwrite: OverwriteOption = False,
-    video: VideoOption = True,
-    figures: FiguresOption = True,
-    report: ReportOption = False,
-    interpreted: Annotated[
-        bool,
-        typer.Option(
-            "--interpreted",
-            help="Run the controller as plain Python, where a debugger can stop. It takes about a thousand "
-            "times as long and agrees with the machine code to rounding.",
-        ),
-    ] = False,
-    as_json: JsonOption = False,
-) -> None:
+    scenario: ScenarioName,
+    overrides: Overrides = (),
+    plugins: Texts = (),
+    out: Path | None = None,
+    overwrite: bool = False,
+    video: Either = True,
+    figures: Either = True,
+    report: Either = False,
+    interpreted: bool = False,
+) -> Answer:
     """Run one scenario and write its run folder.
 
     An earlier run in renders/NAME is kept; the new one is written to renders/NAME-2, renders/NAME-3 and so
@@ -71,21 +54,25 @@ def run_command(
     Example: escort-mj run main
 
     Example: escort-mj run mine.yaml --set controller=asmc --set mission.max_speed=1 --no-video
+
+    Args:
+        out: Run folder; None for renders/NAME.
+        overwrite: Replace an earlier run in the folder.
+        video: Whether to render the video.
+        figures: Whether to draw the figures.
+        report: Whether to write report.html with a replay.
+        interpreted: Run the controller as plain Python, where a debugger can stop. It takes about a thousand
+            times as long and agrees with the machine code to rounding.
     """
     from escort_mj import api
-    from escort_mj.record.folder import RunFolder
     from escort_mj.scenario.notes import notes
 
-    mission = api.load_scenario(scenario, overrides or (), plugins or ())
+    mission = api.load_scenario(scenario, overrides, plugins)
     usual = Path("renders") / mission.name
-    if out is None and not overwrite:
-        created = RunFolder.create_beside(usual)
-        if created.path != usual and not OUTPUT.quiet:
-            words = f"{shown_path(usual)} holds an earlier run, which is kept; --overwrite replaces it"
-            say(words, err=True)
-    else:
-        created = RunFolder.create(out if out is not None else usual, overwrite=overwrite)
+    created = run_folder_of(usual, out, overwrite)
     path = created.path
+    if out is None and path != usual and not OUTPUT.quiet:
+        say(f"{shown_path(usual)} holds an earlier run, which is kept; --overwrite replaces it", err=True)
     for note in () if OUTPUT.quiet else notes(mission):
         say(note, err=True)
     with drawing_figures() if figures else nullcontext() as draw_figures:
@@ -95,59 +82,28 @@ def run_command(
             progress_bar("simulating", " s") as progress,
         ):
             result = api.fly(mission, folder, progress, interpret=interpreted)
-        if not as_json:
-            (_report_failures if OUTPUT.quiet else _report)(result)
+        for line in _lines(result):
+            tell(line)
         with stopping.keeping(lambda: f"the run is complete; escort-mj render {shown_path(path)} draws it"):
-            written = draw(folder.path, draw_figures, video, report)
-    finish(
-        "run",
-        as_json,
-        [f"wrote {shown_path(folder.path)}: {' '.join(written)}"],
-        exit_code(result),
-        scenario=result.scenario.name,
-        outcome=result.outcome.value,
-        message=result.message,
-        verdicts=[asdict(verdict) for verdict in result.verdicts],
-        metrics=result.metrics,
-        folder=shown_path(folder.path),
-        written=[name.split(" ")[0] for name in written],
-    )
+            written = draw(path, draw_figures, video, report)
+    told = judged(result, path, written) | {"outcome": result.outcome.value}
+    return Answer([wrote(path, written)], told, exit_code(result))
 
 
-@app.command("check")
+@command("check")
 def check_command(
-    paths: Annotated[
-        list[str],
-        typer.Argument(
-            help="Scenario files, folders, or names of shipped scenarios.",
-            autocompletion=complete.scenarios,
-        ),
-    ],
-    overrides: SetOption = None,
-    plugins: PluginOption = None,
-    seeds: Annotated[
-        int, typer.Option(min=1, help="Number of seeds per scenario, starting at the scenario's seed.")
-    ] = 1,
-    repeat: Annotated[
-        int,
-        typer.Option(
-            min=1, help="Number of runs per seed; a run that is not identical to the first one fails."
-        ),
-    ] = 1,
-    out: Annotated[Path, typer.Option(help="Folder for the run folders of failed runs.")] = Path(
-        "renders/check"
-    ),
-    workers: WorkersOption = None,
-    junit: Annotated[Path | None, typer.Option(help="Also write JUnit XML to this file.")] = None,
-    github: Annotated[bool, typer.Option("--github", help="Also print GitHub annotations.")] = False,
-    keep: Annotated[
-        bool, typer.Option("--keep", help="Also keep the run folders of runs that pass.")
-    ] = False,
-    video: Annotated[
-        bool, typer.Option("--video/--no-video", help="Whether to render a clip of each failed run.")
-    ] = True,
-    as_json: JsonOption = False,
-) -> None:
+    paths: Texts,
+    overrides: Overrides = (),
+    plugins: Texts = (),
+    seeds: Count = 1,
+    repeat: Count = 1,
+    out: Path = Path("renders/check"),
+    workers: Count | None = None,
+    junit: Path | None = None,
+    github: bool = False,
+    keep: bool = False,
+    video: Either = True,
+) -> Answer:
     """Run scenarios in parallel and evaluate their verdicts.
 
     Run folders that an earlier check left for the same scenarios are replaced, or removed if the runs now
@@ -158,6 +114,17 @@ def check_command(
     Example: escort-mj check scenarios/ --junit report.xml --json > report.json
 
     Example: escort-mj check mine.yaml --seeds 20 --set controller=asmc
+
+    Args:
+        paths: Scenario files, folders, or names of shipped scenarios.
+        seeds: Number of seeds per scenario, starting at the scenario's seed.
+        repeat: Number of runs per seed; a run that is not identical to the first one fails.
+        out: Folder for the run folders of failed runs.
+        workers: Number of processes; None for one per core.
+        junit: Also write JUnit XML to this file.
+        github: Also print GitHub annotations.
+        keep: Also keep the run folders of runs that pass.
+        video: Whether to render a clip of each failed run.
     """
     from escort_mj.study.engine.parallel import parent_of_workers
 
@@ -173,8 +140,7 @@ def check_command(
         raise UsageError(f"{junit}: there is no folder {junit.parent}")
     with progress_bar("checking", " runs") as progress:
         cases = [
-            case._replace(overrides=tuple(overrides or ()), plugins=tuple(plugins or ()), repeat=repeat)
-            for case in api.cases(paths)
+            case._replace(overrides=overrides, plugins=plugins, repeat=repeat) for case in api.cases(paths)
         ]
         results = check_scenarios(
             with_seeds(cases, seeds), out, workers, keep, render_clip if video else None, progress
@@ -182,21 +148,12 @@ def check_command(
     if junit is not None:
         write_text(junit, checked.junit(results))
     for line in checked.github(results) if github else ():
-        typer.echo(line, err=as_json)  # GitHub reads both
-    finish(
-        "check",
-        as_json,
-        checked.checked_table(results),
-        checked.exit_code(results),
-        **checked.as_json(results),
-    )
+        typer.echo(line, err=OUTPUT.json)  # GitHub reads both
+    return Answer(checked.checked_table(results), checked.as_json(results), checked.exit_code(results))
 
 
-@app.command("show")
-def show_command(
-    run_folder: RunArgument,
-    as_json: JsonOption = False,
-) -> None:
+@command("show")
+def show_command(run_folder: RunFolder) -> Answer:
     """Show the contents of a run folder, and recover the trace if the run was killed.
 
     Example: escort-mj show renders/main
@@ -216,26 +173,50 @@ def show_command(
     ]
     told = {key: stored.outcome[key] for key in ("outcome", "message")} | {"physics": physics}
     told |= {"samples": samples, "robots": robots, "verdicts": stored.verdicts}
-    finish("show", as_json, lines, folder=shown_path(run_folder), **told)
+    return Answer(lines, {"folder": shown_path(run_folder)} | told)
 
 
-@app.command("schema")
-def schema_command(
-    markdown: Annotated[
-        bool, typer.Option("--markdown", help="Print a Markdown page of all keys instead.")
-    ] = False,
-    plugins: PluginOption = None,
-) -> None:
+@command("schema", json=False)
+def schema_command(markdown: bool = False, plugins: Texts = ()) -> None:
     """Print the JSON Schema of scenarios, for completion and validation in editors.
 
     Example: escort-mj schema > schema.json
+
+    Args:
+        markdown: Print a Markdown page of all keys instead.
     """
     from escort_mj.scenario import json_schema
     from escort_mj.scenario.reader.catalog import scenario_type_with
     from escort_mj.scenario.reader.handbook import handbook
 
-    kind = scenario_type_with(plugins or ())
+    kind = scenario_type_with(plugins)
     typer.echo(handbook(kind) if markdown else json.dumps(json_schema(kind), indent=2))
+
+
+def run_folder_of(usual: Path, out: Path | None, overwrite: bool) -> record.RunFolder:
+    """Return a new run folder: what was asked for, or the usual one, or one beside it."""
+    from escort_mj.record.folder import RunFolder
+
+    if out is None and not overwrite:
+        return RunFolder.create_beside(usual)
+    return RunFolder.create(usual if out is None else out, overwrite=overwrite)
+
+
+def judged(result: Flight, folder: Path, written: list[str]) -> dict[str, Any]:
+    """Return what programs read of a run that was judged."""
+    return {
+        "scenario": result.scenario.name,
+        "message": result.message,
+        "verdicts": [asdict(verdict) for verdict in result.verdicts],
+        "metrics": result.metrics,
+        "folder": shown_path(folder),
+        "written": [name.partition(" ")[0] for name in written],
+    }
+
+
+def wrote(folder: Path, written: list[str]) -> str:
+    """Return the line that says what a folder holds."""
+    return f"wrote {shown_path(folder)}: {' '.join(written)}"
 
 
 def draw(folder: Path, draw_figures: Draw | None, video: bool, report: bool) -> list[str]:
@@ -266,26 +247,17 @@ def _interrupted(folder: Path) -> str:
     return f"{shown_path(folder)} holds {end}; the same command makes the run from its start, beside it"
 
 
-def _report(result: Flight) -> None:
-    """Print the outcome and the verdicts."""
+def _lines(result: Flight) -> list[str]:
+    """Return the outcome and the verdicts; of a quiet command, the verdicts that failed."""
     from escort_mj.expect.verdicts import verdict_lines
 
+    if OUTPUT.quiet:
+        return [*verdict_lines([verdict for verdict in result.verdicts if not verdict.passed])]
     summary = result.metrics["run"]
     speed = summary["real_time_factor"]
-    say(
-        f"{result.scenario.name}: {result.outcome.told(result.message)}"
-        f" ({summary['wall_time']:.2f} s of wall time{f', {speed:.0f} times real time' if speed else ''})"
-    )
-    for line in verdict_lines(result.verdicts):
-        say(line)
-
-
-def _report_failures(result: Flight) -> None:
-    """Print the verdicts that failed."""
-    from escort_mj.expect.verdicts import verdict_lines
-
-    for line in verdict_lines([verdict for verdict in result.verdicts if not verdict.passed]):
-        say(line)
+    times = f", {speed:.0f} times real time" if speed else ""
+    ended = f"{result.scenario.name}: {result.outcome.told(result.message)}"
+    return [f"{ended} ({summary['wall_time']:.2f} s of wall time{times})", *verdict_lines(result.verdicts)]
 
 
 def exit_code(result: Flight) -> int:

@@ -25,10 +25,12 @@ class Output:
     Attributes:
         quiet: Whether it prints errors and failed verdicts only.
         verbose: Whether it names its stages with their times, and prints tracebacks.
+        json: Whether it prints one JSON document, and no text.
     """
 
     quiet: bool = False
     verbose: bool = False
+    json: bool = False
 
 
 OUTPUT = Output()
@@ -42,6 +44,12 @@ def say(line: str, err: bool = False) -> None:
         err: Whether it goes to standard error.
     """
     typer.echo(one_line(line), err=err)
+
+
+def tell(line: str) -> None:
+    """Print one line of a result at once, unless the command prints JSON."""
+    if not OUTPUT.json:
+        say(line)
 
 
 def printable_json(text: str) -> str:

@@ -6,40 +6,28 @@ import json
 import math
 import os
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
-import typer
-
-from escort_mj.cli.app import (
-    GOOD,
-    VERDICT_FAILED,
-    JsonOption,
-    PluginOption,
-    ScenarioArgument,
-    SetOption,
-    app,
-    complete,
-    finish,
-    say,
-    shown_path,
-)
+from escort_mj.cli.app import GOOD, VERDICT_FAILED, Answer, command, shown_path
+from escort_mj.cli.options import Axes, Overrides, Robots, ScenarioName, Source, Texts
+from escort_mj.cli.streams import tell
 from escort_mj.errors import UsageError
 
 if TYPE_CHECKING:
     from escort_mj.scenario.schema.scenario import Scenario
 
 
-@app.command("new")
-def new_command(
-    file: Annotated[Path, typer.Argument(help="Scenario file to write, such as mine.yaml.")],
-    robots: Annotated[int, typer.Option(min=2, max=1000, help="Number of robots.")] = 6,
-    axes: Annotated[int, typer.Option(min=2, max=3, help="2 for the plane, 3 for space.")] = 2,
-    law: Annotated[str, typer.Option(help="Law of the inner loop.")] = "apd_smc",
-    as_json: JsonOption = False,
-) -> None:
+@command("new")
+def new_command(file: Path, robots: Robots = 6, axes: Axes = 2, law: str = "apd_smc") -> Answer:
     """Write a commented scenario as a starting point, and the schema for editors.
 
     Example: escort-mj new mine.yaml --robots 8
+
+    Args:
+        file: Scenario file to write, such as mine.yaml.
+        robots: Number of robots.
+        axes: 2 for the plane, 3 for space.
+        law: Law of the inner loop.
     """
     from escort_mj.record.files import write_text
     from escort_mj.scenario import json_schema
@@ -59,36 +47,21 @@ def new_command(
         write_text(schema, json.dumps(json_schema(), indent=2) + "\n")
         written.append(schema)
     line = f"wrote {' '.join(path.name for path in written)}; next: escort-mj run {shown_path(path)}"
-    finish("new", as_json, [line], written=[shown_path(path) for path in written])
+    return Answer([line], {"written": [shown_path(path) for path in written]})
 
 
-@app.command("export")
-def export_command(
-    source: Annotated[
-        str,
-        typer.Argument(
-            help="Run folder, scenario file, or name of a shipped scenario.",
-            autocompletion=complete.runs_or_scenarios,
-        ),
-    ],
-    to: Annotated[
-        Path,
-        typer.Argument(
-            help="FILE.xml: the world as MJCF. For a run, also FILE.csv or FILE.parquet: a table; "
-            "FILE.npz: MuJoCo states."
-        ),
-    ],
-    overrides: SetOption = None,
-    plugins: PluginOption = None,
-    as_json: JsonOption = False,
-) -> None:
+@command("export")
+def export_command(source: Source, to: Path, overrides: Overrides = (), plugins: Texts = ()) -> Answer:
     """Export the world of a scenario or run as MJCF, or export a run for other programs.
 
     Example: escort-mj export main main.xml
 
     Example: escort-mj export renders/main main.csv
 
-    Example: escort-mj export renders/main main.csv
+    Args:
+        source: Run folder, scenario file, or name of a shipped scenario.
+        to: FILE.xml: the world as MJCF. For a run, also FILE.csv or FILE.parquet: a table; FILE.npz: MuJoCo
+            states.
     """
     from escort_mj import api
     from escort_mj.record.files import write_model
@@ -106,18 +79,13 @@ def export_command(
     else:
         from escort_mj.world.model.build import build
 
-        world = build(api.load_scenario(source, overrides or (), plugins or ()))
+        world = build(api.load_scenario(source, overrides, plugins))
         write_model(to, world.xml, world.assets)
-    finish("export", as_json, [f"wrote {shown_path(to)}"], written=[shown_path(to)])
+    return Answer([f"wrote {shown_path(to)}"], {"written": [shown_path(to)]})
 
 
-@app.command("gains")
-def gains_command(
-    scenario: ScenarioArgument,
-    overrides: SetOption = None,
-    plugins: PluginOption = None,
-    as_json: JsonOption = False,
-) -> None:
+@command("gains")
+def gains_command(scenario: ScenarioName, overrides: Overrides = (), plugins: Texts = ()) -> Answer:
     """Propose gains for the scenario's laws and robots, as `controller: {gains: auto}` computes them.
 
     Example: escort-mj gains robots/quadrotor
@@ -126,7 +94,7 @@ def gains_command(
     """
     from escort_mj import api
 
-    mission = api.load_scenario(scenario, overrides or (), plugins or ())
+    mission = api.load_scenario(scenario, overrides, plugins)
     own = [number for number, team in enumerate(mission.teams) if team.controller is not None]
     lines: list[str] = []
     told: dict[str, Any] = {}
@@ -137,7 +105,7 @@ def gains_command(
         more, facts = _proposed(scenario, mission, number)
         lines += [f"team {name}", *(f"  {line}" for line in more)]
         told["teams"] = told.get("teams", {}) | {name: facts}
-    finish("gains", as_json, lines, **told)
+    return Answer(lines, told)
 
 
 def _proposed(
@@ -165,71 +133,58 @@ def _proposed(
     return lines, told | {"delay": about.delay, "rate": rate.value, "limited_by": rate.reason}
 
 
-@app.command("check-plugin")
-def check_plugin_command(
-    plugin: Annotated[str, typer.Argument(help="Python file, or name of an installed plugin.")],
-    as_json: JsonOption = False,
-) -> None:
+@command("check-plugin")
+def check_plugin_command(plugin: str) -> Answer:
     """Test the components of a plugin: laws, behaviors, disturbances, robots, metrics and more.
 
     Exit codes: 0 if all tests pass, 1 if a test fails, 2 if the plugin cannot be loaded.
 
     Example: escort-mj check-plugin own_law.py
+
+    Args:
+        plugin: Python file, or name of an installed plugin.
     """
     from escort_mj.conformance.apart import check_apart
 
     checks = []
     for found in check_apart(plugin):
-        checks.append(found)
-        if not as_json:  # at once: a mission takes its time to compile
-            say(f"  {'ok' if found.held else 'NO'}  {found.member}  {found.name:20s} {found.words}")
+        checks.append(found)  # told at once: a mission takes its time to compile
+        tell(f"  {'ok' if found.held else 'NO'}  {found.member}  {found.name:20s} {found.words}")
     code = GOOD if all(found.held for found in checks) else VERDICT_FAILED
-    finish("check-plugin", as_json, [], code, checks=[found._asdict() for found in checks])
+    return Answer([], {"checks": [found._asdict() for found in checks]}, code)
 
 
-@app.command("check-robot")
+@command("check-robot")
 def check_robot_command(
-    robot: Annotated[Path, typer.Argument(help="MJCF file of a robot.")],
-    body: Annotated[
-        str | None,
-        typer.Option("--body", help="Body that the law moves; default: the only one that can move."),
-    ] = None,
-    drive: Annotated[
-        str | None,
-        typer.Option(
-            "--drive",
-            help="Drive: force, thrust, steer, wheels, omni or velocity; default: found from the model.",
-        ),
-    ] = None,
-    root: Annotated[
-        Path | None,
-        typer.Option(
-            "--root",
-            help="Folder that all files of the robot lie in or below [default: that of the MJCF file].",
-        ),
-    ] = None,
-    figure: Annotated[
-        Path | None, typer.Option("--figure", help="File for the step response: .png, .pdf or .svg.")
-    ] = None,
-    as_json: JsonOption = False,
-) -> None:
+    robot: Path,
+    body: str | None = None,
+    drive: str | None = None,
+    root: Path | None = None,
+    figure: Path | None = None,
+) -> Answer:
     """Show what the program finds in a robot's MJCF, and its response to a velocity step along each axis.
 
     Exit codes: 0 if the robot comes within 5 % of each step and overshoots by less than 30 %, 1 if not, 2 if
     the robot cannot be read or driven.
 
     Example: escort-mj check-robot rover.xml --figure rover.png
+
+    Args:
+        robot: MJCF file of a robot.
+        body: Body that the law moves; None for the only one that can move.
+        drive: Drive: force, thrust, steer, wheels, omni or velocity; None for what is found from the model.
+        root: Folder that all files of the robot lie in or below; None for that of the MJCF file.
+        figure: File for the step response: .png, .pdf or .svg.
     """
     from escort_mj.conformance.robot import answers, checked_model, model_page
 
     kind, model = checked_model(robot, body, drive, root)
-    for line in () if as_json else model_page(kind, model):
-        say(line)
+    for line in model_page(kind, model):
+        tell(line)
     steps = []
     for answer in answers(kind, model):
-        steps.append(answer)
-        if not as_json:  # at once: a step takes its time
-            say(f"{'ok' if answer.held else 'NO'}  {answer.words}")
+        steps.append(answer)  # told at once: a step takes its time
+        tell(f"{'ok' if answer.held else 'NO'}  {answer.words}")
     written = []
     if figure is not None:
         from escort_mj.report.figures.answer import Step, draw_steps
@@ -239,19 +194,19 @@ def check_robot_command(
     lines = [f"wrote {each}" for each in written]
     code = GOOD if all(answer.held for answer in steps) else VERDICT_FAILED
     numbers = {answer.axis: answer.numbers for answer in steps}
-    finish("check-robot", as_json, lines, code, robot=model_page(kind, model), steps=numbers, written=written)
+    return Answer(lines, {"robot": model_page(kind, model), "steps": numbers, "written": written}, code)
 
 
-@app.command("doctor")
-def doctor_command(
-    folder: Annotated[Path, typer.Option("--out", help="Folder for the runs.")] = Path("renders"),
-    as_json: JsonOption = False,
-) -> None:
+@command("doctor", flags={"folder": "--out"})
+def doctor_command(folder: Path = Path("renders")) -> Answer:
     """Check whether runs, figures and videos work on this machine, and suggest fixes.
 
     The exit code is 1 if runs do not work.
 
     Example: escort-mj doctor
+
+    Args:
+        folder: Folder for the runs.
     """
     from escort_mj.cli.doctor import BAD, examine_machine
 
@@ -262,4 +217,4 @@ def doctor_command(
         lines.append(f"  {marks[finding.state]}  {finding.check:10s} {finding.found}")
         lines += [f"      {'':10s} {finding.advice}"] if finding.advice else []
     code = VERDICT_FAILED if any(finding.state == BAD for finding in findings) else GOOD
-    finish("doctor", as_json, lines, code, findings=[finding._asdict() for finding in findings])
+    return Answer(lines, {"findings": [finding._asdict() for finding in findings]}, code)

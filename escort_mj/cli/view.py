@@ -8,45 +8,36 @@ import signal
 from collections.abc import Iterator
 from pathlib import Path
 from threading import Event
-from typing import Annotated
 
 import typer
 
-from escort_mj.cli import complete
-from escort_mj.cli.app import PluginOption, SetOption, app, say
+from escort_mj.cli.app import command, say
+from escort_mj.cli.options import NotNegative, Overrides, Source, Texts
 from escort_mj.errors import UsageError
 
 
-@app.command("view")
+@command("view", json=False)
 def view_command(
-    source: Annotated[
-        str,
-        typer.Argument(
-            help="Run folder to replay, or scenario to simulate (a file or the name of a shipped scenario).",
-            autocompletion=complete.runs_or_scenarios,
-        ),
-    ],
-    overrides: SetOption = None,
-    plugins: PluginOption = None,
-    speed: Annotated[float, typer.Option(help="Initial speed, in simulated seconds per second.")] = 1.0,
-    at: Annotated[
-        float | None,
-        typer.Option(
-            "--at",
-            min=0.0,
-            help="Time at which the viewer opens, paused [s] [default: the first failure of a run folder].",
-        ),
-    ] = None,
-    host: Annotated[
-        str, typer.Option(help="Network interface to listen on; by default, this machine only.")
-    ] = "127.0.0.1",
-    port: Annotated[int, typer.Option(help="First port to try; 0 for any free port.")] = 8080,
+    source: Source,
+    overrides: Overrides = (),
+    plugins: Texts = (),
+    speed: float = 1.0,
+    at: NotNegative | None = None,
+    host: str = "127.0.0.1",
+    port: int = 8080,
 ) -> None:
     """Show a run in the browser: replay a run folder, or simulate a scenario live. Stop with Ctrl-C.
 
     The replay of a run in which verdicts failed opens at the earliest failure; buttons lead to each failure.
 
     Example: escort-mj view main --speed 4; escort-mj view renders/main
+
+    Args:
+        source: Run folder to replay, or scenario to simulate (a file or the name of a shipped scenario).
+        speed: Initial speed, in simulated seconds per second.
+        at: Time at which the viewer opens, paused [s]; None for the first failure of a run folder.
+        host: Network interface to listen on; by default, this machine only.
+        port: First port to try; 0 for any free port.
     """
     from escort_mj import api
 
@@ -55,7 +46,7 @@ def view_command(
     recorded = os.path.isdir(source)
     if recorded and (overrides or plugins):
         raise UsageError("--set and --plugin change a scenario, not a run folder")
-    scenario = None if recorded else api.load_scenario(source, overrides or (), plugins or ())
+    scenario = None if recorded else api.load_scenario(source, overrides, plugins)
     from escort_mj.view.viewer import Viewer, require_viser
 
     require_viser()

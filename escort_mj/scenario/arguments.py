@@ -71,6 +71,8 @@ Seed = Annotated[int, Bound(0)]
 """A seed."""
 Finite = Annotated[float, Bound()]
 """A finite number."""
+NotNegative = Annotated[float, Bound(0.0)]
+"""A finite number of at least 0."""
 Positive = Annotated[float, Bound(0.0, above=True)]
 """A finite number above 0."""
 Source = Annotated[

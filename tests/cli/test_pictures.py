@@ -23,12 +23,11 @@ def test_options_are_the_keys_of_a_scenarios_video(make_run):
 
 
 def test_the_format_follows_from_the_file_or_names_it(tmp_path):
-    formats = pictures.VideoFormat
     assert pictures._file(tmp_path, None, None) == tmp_path / "video.mp4"
-    assert pictures._file(tmp_path, None, formats.WEBP) == tmp_path / "video.webp"
-    assert pictures._file(tmp_path, tmp_path / "a.webp", formats.WEBP) == tmp_path / "a.webp"
+    assert pictures._file(tmp_path, None, "webp") == tmp_path / "video.webp"
+    assert pictures._file(tmp_path, tmp_path / "a.webp", "webp") == tmp_path / "a.webp"
     with pytest.raises(UsageError, match=r"expects the suffix \.mp4"):
-        pictures._file(tmp_path, tmp_path / "a.webp", formats.MP4)
+        pictures._file(tmp_path, tmp_path / "a.webp", "mp4")
 
 
 def test_figures_for_a_paper(make_run, one_figure, monkeypatch, capfd):
