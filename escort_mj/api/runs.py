@@ -174,13 +174,14 @@ class Run:
             UsageError: If the run has no such figure, or if a width or font is invalid.
             RenderError: If there is no sample to draw.
         """
-        from escort_mj.report.figures.drawing.look import look_of
+        from escort_mj.report.figures.drawing.look import look_of, looking
         from escort_mj.report.figures.figures import figure_of
 
         if name is not None and name not in self.figures:
             raise UsageError(f"{name}: is not a figure of this run; allowed are {', '.join(self.figures)}")
         words = "" if self.outcome.good else f"{self.outcome.value}: {self.message}"
-        return figure_of(self.trace, name, words, look_of(width, font, font_size, title))
+        with looking(look_of(width, font, font_size, title)):
+            return figure_of(self.trace, name, words)
 
     @checked
     def video(self, path: str | os.PathLike[str] | None = None, **changes: Any) -> ShownVideo:

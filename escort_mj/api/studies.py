@@ -60,18 +60,30 @@ class StudyResult:
         return self.table.copy()
 
     @checked
-    def report(self, path: str | os.PathLike[str] | None = None) -> ShownPage:
+    def report(
+        self,
+        path: str | os.PathLike[str] | None = None,
+        compare: str | None = None,
+        formats: Sequence[str] = (),
+        **look: Any,
+    ) -> ShownPage:
         """Write the page of a sweep, with statistics, figures and its worst runs.
 
         Args:
             path: File to write; None for `report.html` in the folder.
+            compare: Factor whose levels are compared; None for laws or cases.
+            formats: File formats of the figures beside `svg`: `png`, `pdf`.
+            look: How figures look: `width`, `font`, `font_size` and `title`, as for `Run.plot`.
 
         Raises:
-            UsageError: If the folder contains no results of a sweep.
+            UsageError: If the folder contains no results of a sweep, or if a format or look is invalid.
         """
+        from escort_mj.report.figures.drawing.look import check_formats, look_of, looking
         from escort_mj.report.pages.study_page import write_study_page
 
-        return ShownPage(write_study_page(self.folder, None if path is None else Path(path)))
+        with looking(look_of(**look)):
+            file = None if path is None else Path(path)
+            return ShownPage(write_study_page(self.folder, file, compare, check_formats(("svg", *formats))))
 
     def __repr__(self) -> str:
         return "\n".join([f"<{self.name}: {len(self.table)} rows in {self.folder}>", *self.lines])

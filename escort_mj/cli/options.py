@@ -47,6 +47,8 @@ A_STUDY = {
     "help": "Study file, or name of a shipped study such as studies/minute.",
     "autocompletion": complete.studies,
 }
+LOOK = "report.figures.drawing.look.look_of"
+"""What figures look like is chosen by its parameters."""
 REPEATED = ("Texts", "Overrides", "Sequence[str]", "Sequence[str | int]", "str | Sequence[str]")
 KINDS: dict[str, tuple[Any, dict[str, Any]]] = {
     **{each.__name__: (each, {}) for each in (bool, int, float, str, Path)},
@@ -54,6 +56,7 @@ KINDS: dict[str, tuple[Any, dict[str, Any]]] = {
     **dict.fromkeys(("Scenario | Source", "ScenarioName"), (str, A_SCENARIO)),
     **dict.fromkeys(("AnyStudy", "StudyName"), (str, A_STUDY)),
     "str | os.PathLike[str]": (Path, {}),
+    "str | float": (str, {}),
     "Either": (bool, {}),
     "Count": (int, {"min": 1}),
     "NotNegative": (float, {"min": 0.0}),
@@ -72,6 +75,9 @@ NAMES: dict[str, tuple[str, dict[str, Any]]] = {
         {"help": "Override a value; repeatable.", "autocompletion": complete.overrides},
     ),
     "plugins": ("--plugin FILE|NAME", {"help": "Python file or installed plugin; repeatable."}),
+    "width": ("--width LENGTH", {}),
+    "font": ("--font FAMILY", {}),
+    "formats": ("--figure-format", {}),
     "laws": ("--laws LAW,...", {"autocompletion": complete.laws}),
     "outer": ("--outer LOOP,...", {"autocompletion": complete.outer_loops}),
     "paths": ("", {"autocompletion": complete.scenarios_or_studies}),

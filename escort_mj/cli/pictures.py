@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from escort_mj.cli.app import Answer, command, drawing_video, progress_bar, shown_path
-from escort_mj.cli.options import Either, Formats, RunFolder
+from escort_mj.cli.options import LOOK, Either, Formats, RunFolder
 from escort_mj.errors import UsageError
 
 if TYPE_CHECKING:
@@ -17,14 +17,12 @@ if TYPE_CHECKING:
 
 @command(
     "render",
+    like=LOOK,
     flags={
         "start": "--from",
         "end": "--to",
         "size": "--size WxH",
         "video_format": "--format",
-        "formats": "--figure-format",
-        "width": "--width LENGTH",
-        "font": "--font FAMILY",
     },
 )
 def render_command(
@@ -43,10 +41,7 @@ def render_command(
     video: Either = True,
     figures: Either = True,
     formats: Formats = (),
-    width: str | None = None,
-    font: str | None = None,
-    font_size: float | None = None,
-    title: Either = True,
+    **look: Any,
 ) -> Answer:
     """Redraw the figures and the video of a run folder.
 
@@ -73,10 +68,6 @@ def render_command(
         video: Whether to render the video.
         figures: Whether to draw the figures.
         formats: Format of the figures; repeatable [default: png].
-        width: Width of the figures: column (3.5in), page (7.2in) or a length such as 8.8cm; None for page.
-        font: Font of the figures.
-        font_size: Font size of the figures [pt].
-        title: Whether figures have a title.
     """
     changes: dict[str, Any] = {
         "camera": camera,
@@ -90,12 +81,11 @@ def render_command(
     written: list[str] = []
     with drawing_video(run_folder, wanted, file) if video else nullcontext(lambda: False) as rendered:
         if figures:
-            from escort_mj.report.figures.drawing.look import look_of
+            from escort_mj.report.figures.drawing.look import look_of, looking
             from escort_mj.report.figures.figures import draw_figures
 
-            look = look_of(width, font, font_size, title)
-            with progress_bar("drawing the figures", "", announced=True):
-                drawn = draw_figures(run_folder, formats or ("png",), look)
+            with looking(look_of(**look)), progress_bar("drawing the figures", "", announced=True):
+                drawn = draw_figures(run_folder, formats or ("png",))
             written += map(shown_path, drawn)
         if rendered():
             written.append(shown_path(file))

@@ -17,8 +17,10 @@ from escort_mj.cli.app import (
     shown_path,
 )
 from escort_mj.cli.options import (
+    LOOK,
     Count,
     Either,
+    Formats,
     NotNegative,
     Overrides,
     ResultsFolder,
@@ -218,13 +220,13 @@ def shrink_command(
     return Answer(lines, told | {"folder": shown_path(found.folder)})
 
 
-@command("report")
+@command("report", like=LOOK)
 def report_command(
     folder: ResultsFolder,
     out: Path | None = None,
     compare: str | None = None,
-    png: bool = False,
-    pdf: bool = False,
+    formats: Formats = (),
+    **look: Any,
 ) -> Answer:
     """Write a self-contained HTML page of a run (with a replay) or of a study (with its worst runs).
 
@@ -234,14 +236,16 @@ def report_command(
         folder: Run folder, or folder of a study's results.
         out: HTML file; None for report.html in the folder.
         compare: In a study, factor whose levels are compared; None for laws or cases.
-        png: Also write the figures of a study as PNG.
-        pdf: Also write the figures of a study as PDF.
+        formats: Also write the figures of a study in this format; repeatable [default: svg].
     """
     from escort_mj.record.folder import is_run
+    from escort_mj.report.figures.drawing.look import USUAL, check_formats, look_of, looking
 
+    wanted = look_of(**look)
     if is_run(folder):
-        if compare is not None or png or pdf:
-            raise UsageError(f"{folder}: is a run; --compare, --png and --pdf are for studies")
+        if compare is not None or formats or wanted != USUAL:
+            words = "--compare and how figures look are for studies; escort-mj render draws those of runs"
+            raise UsageError(f"{folder}: is a run; {words}")
         from escort_mj.report.pages.run_page import write_run_page
 
         page = write_run_page(folder, out)
@@ -249,7 +253,8 @@ def report_command(
     else:
         from escort_mj.report.pages.study_page import write_study_page
 
-        page = write_study_page(folder, out, compare, ("svg", *["png"] * png, *["pdf"] * pdf))
+        with looking(wanted):
+            page = write_study_page(folder, out, compare, check_formats(("svg", *formats)))
         written = ["cells.csv", "cells.md", "cells.tex", "figures/", "worst/"]
         lines = [wrote(folder, written)]
     told = {"page": shown_path(page), "folder": shown_path(folder), "written": written}

@@ -23,7 +23,7 @@ from escort_mj.report.figures import (
     timelines,
     truth,
 )
-from escort_mj.report.figures.drawing.look import USUAL, Look, check_formats
+from escort_mj.report.figures.drawing.look import PAGE, check_formats, present
 from escort_mj.report.figures.drawing.style import canvas_of, figure, png_of
 
 NOTHING = "the trace holds no sample, so there is nothing to draw"
@@ -106,15 +106,12 @@ PLOTS: tuple[Plot, ...] = (
 )
 
 
-def draw_figures(
-    folder: str | os.PathLike[str], formats: Sequence[str] = ("png",), look: Look = USUAL
-) -> list[Path]:
+def draw_figures(folder: str | os.PathLike[str], formats: Sequence[str] = ("png",)) -> list[Path]:
     """Draw every figure that a run folder has data for, into its `figures/`.
 
     Args:
         folder: A run folder.
         formats: File formats: `png`, `pdf`, `svg`.
-        look: Width, letters and title.
 
     Returns:
         The files written.
@@ -129,17 +126,16 @@ def draw_figures(
     run = read_run(folder)
     if run.recording.sizes["time"] == 0:
         raise RenderError(f"{run.path}: {NOTHING}")
-    return [draw_plot(run, name, suffix, look) for name in plots_of(run.recording) for suffix in formats]
+    return [draw_plot(run, name, suffix) for name in plots_of(run.recording) for suffix in formats]
 
 
-def draw_plot(run: StoredRun, name: str, suffix: str = "png", look: Look = USUAL) -> Path:
+def draw_plot(run: StoredRun, name: str, suffix: str = "png") -> Path:
     """Draw one figure of a run that was opened, into its folder.
 
     Args:
         run: With a sample at least.
         name: Which, of `plots_of`.
         suffix: File format.
-        look: Width, letters and title.
 
     Returns:
         The file.
@@ -149,7 +145,7 @@ def draw_plot(run: StoredRun, name: str, suffix: str = "png", look: Look = USUAL
     """
     trace, plot = run.recording, plots_of(run.recording)[name]
     path = run.path / FIGURES / f"{name}.{suffix}"
-    with figure(path, plot.height(trace, look.width), _title(trace, plot), _note(run), look=look) as canvas:
+    with figure(path, _height(plot, trace), _title(trace, plot), _note(run)) as canvas:
         plot.draw(canvas, trace)
     return path
 
@@ -159,14 +155,13 @@ def plots_of(trace: Recorded) -> dict[str, Plot]:
     return {plot.name: plot for plot in PLOTS if plot.applies(trace)}
 
 
-def figure_of(trace: Recorded, name: str | None = None, note: str = "", look: Look = USUAL) -> Figure:
+def figure_of(trace: Recorded, name: str | None = None, note: str = "") -> Figure:
     """Draw one figure of a trace.
 
     Args:
         trace: Of a run.
         name: Which, of `plots_of`; None for the first.
         note: What a reader must know of the run; empty for nothing.
-        look: Width, letters and title.
 
     Raises:
         RenderError: If there is no sample to draw.
@@ -175,7 +170,7 @@ def figure_of(trace: Recorded, name: str | None = None, note: str = "", look: Lo
         raise RenderError(NOTHING)
     plots = plots_of(trace)
     plot = next(iter(plots.values())) if name is None else plots[name]
-    with canvas_of(plot.height(trace, look.width), _title(trace, plot), note, look=look) as canvas:
+    with canvas_of(_height(plot, trace), _title(trace, plot), note) as canvas:
         plot.draw(canvas, trace)
     return canvas
 
@@ -187,6 +182,10 @@ def thumbnail_of(trace: Recorded) -> bytes:
         RenderError: If there is no sample to draw.
     """
     return png_of(figure_of(trace, "paths"), THUMBNAIL_DPI)
+
+
+def _height(plot: Plot, trace: Recorded) -> float:
+    return plot.height(trace, present().width or PAGE)
 
 
 def _title(trace: Recorded, plot: Plot) -> str:

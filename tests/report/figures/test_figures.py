@@ -13,7 +13,7 @@ from escort_mj.record.folder import read_run
 from escort_mj.record.outcome import Outcome
 from escort_mj.report.figures import figures, paths
 from escort_mj.report.figures.drawing import curves, style
-from escort_mj.report.figures.drawing.look import look_of
+from escort_mj.report.figures.drawing.look import look_of, looking
 from escort_mj.report.figures.drawing.style import figure
 from escort_mj.report.figures.figures import draw_figures, figure_of
 
@@ -124,7 +124,8 @@ def test_each_robot_is_drawn_in_its_color_where_it_ended(make_run, tmp_path, cou
 
 def sizes_of_marks(trace, width):
     """Sizes of the marks of a plan and of its legend, and of the dots of a crowd [points]."""
-    canvas = figure_of(trace, "paths", look=look_of(width))
+    with looking(look_of(width)):
+        canvas = figure_of(trace, "paths")
     lines = [*canvas.axes[0].lines, *canvas.legends[0].findobj(Line2D)]
     dots = [part.get_sizes()[0] for part in canvas.axes[0].collections if isinstance(part, PathCollection)]
     return np.array([line.get_markersize() for line in lines if line.get_marker() in ("o", "x")]), dots
@@ -169,7 +170,8 @@ def test_running_rms_of_a_sine():
     "name", ["panels", "paths", *(pytest.param(name, marks=pytest.mark.slow) for name in ("tasks", "forces"))]
 )
 def test_narrow_figures_hold_all_their_words(make_run, name):
-    canvas = figure_of(read_run(make_run()).trace, name, look=look_of("column", font_size=6.5))
+    with looking(look_of("column", font_size=6.5)):
+        canvas = figure_of(read_run(make_run()).trace, name)
     assert canvas.get_figwidth() == 3.5
     assert_words_inside(canvas)
 
@@ -180,7 +182,8 @@ def test_paths_in_space_hold_all_their_words(make_run, width):
     way = np.linspace(0.0, 40.0, trace.sizes["time"])  # far along x, as missions go
     trace["q"][:, :, 0] += way[:, None]
     trace["target_position"][:, 0] += way
-    assert_words_inside(figure_of(trace, "paths", look=look_of(width)))
+    with looking(look_of(width)):
+        assert_words_inside(figure_of(trace, "paths"))
 
 
 def assert_words_inside(canvas):

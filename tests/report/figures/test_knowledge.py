@@ -8,7 +8,7 @@ from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.colors import to_rgb
 
 from escort_mj import palette
-from escort_mj.report.figures.drawing.look import look_of
+from escort_mj.report.figures.drawing.look import look_of, looking
 from escort_mj.report.figures.figures import figure_of, plots_of
 from tests.synthetic import make_trace
 
@@ -39,7 +39,8 @@ def trace():
 def drawn(trace, name, **look):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        canvas = figure_of(trace, name, look=look_of(**look))
+        with looking(look_of(**look)):
+            canvas = figure_of(trace, name)
         canvas.draw_without_rendering()
     return canvas
 

@@ -150,10 +150,13 @@ def test_the_same_results_give_the_same_page(few: Path) -> None:
 
 
 def test_the_command_writes_figures_for_papers_too(few: Path) -> None:
-    done = CliRunner().invoke(app, ["report", str(few), "--pdf"])
+    looks = ["--figure-format", "pdf", "--width", "88mm", "--font-size", "7", "--no-title"]
+    done = CliRunner().invoke(app, ["report", str(few), *looks])
     assert done.exit_code == 0, done.output
     figures = few / "figures"
     for picture in figures.glob("*.svg"):
+        width = float(re.search(r'<svg [^>]*width="([\d.]+)pt"', picture.read_text())[1])
+        assert width == pytest.approx(88 / 25.4 * 72, abs=0.01)
         assert picture.with_suffix(".pdf").read_bytes().startswith(b"%PDF")
     assert {path.suffix for path in figures.iterdir()} == {".svg", ".pdf"}
 

@@ -1,15 +1,18 @@
-"""How figures of runs look: their size, letters and file formats."""
+"""How figures look, those of runs and of studies alike: their size, letters and file formats."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from contextvars import ContextVar
 from typing import NamedTuple
 
 from matplotlib.font_manager import fontManager
 
 from escort_mj.errors import UsageError
 from escort_mj.report.figures.drawing.letters import FONT
+from escort_mj.scenario.arguments import checked
 
 WIDTHS = {"column": 3.5, "page": 7.2}
 """Widths of one and of two columns of a journal's page [inches]."""
@@ -26,21 +29,44 @@ class Look(NamedTuple):
     """How figures look.
 
     Attributes:
-        width: Inches.
+        width: Inches; None for what each figure takes by itself, most of them a page.
         font: Family of their letters; what it lacks is taken from the usual one.
         size: Of most letters [points].
         title: Whether the name of the scenario and what is shown stand above.
     """
 
-    width: float = WIDTHS["page"]
+    width: float | None = None
     font: str = FONT
     size: float = 8.5
     title: bool = True
 
 
 USUAL = Look()
+PAGE = WIDTHS["page"]
+_PRESENT: ContextVar[Look] = ContextVar("look", default=USUAL)
 
 
+@contextmanager
+def looking(look: Look) -> Iterator[None]:
+    """Give every figure that is drawn meanwhile this look."""
+    token = _PRESENT.set(look)
+    try:
+        yield
+    finally:
+        _PRESENT.reset(token)
+
+
+def present() -> Look:
+    """Return the look of figures that are drawn now."""
+    return _PRESENT.get()
+
+
+def abreast(most: int) -> int:
+    """Return how many panels stand beside each other: as many as may, or in narrow figures one."""
+    return 1 if (present().width or PAGE) <= NARROW else most
+
+
+@checked
 def look_of(
     width: str | float | None = None,
     font: str | None = None,
@@ -50,9 +76,10 @@ def look_of(
     """Return a look as users ask for it.
 
     Args:
-        width: `column` (3.5 in), `page` (7.2 in), or a length such as `8.8cm`; a number is in inches.
-        font: Name of an installed family, or `serif`, `sans-serif`, `monospace`.
-        font_size: In points.
+        width: Width of figures: `column` (3.5in), `page` (7.2in), or a length such as `88mm`, and in Python a
+            number of inches; None for what each takes by itself, most of them a page.
+        font: Font of figures: an installed family, or `serif`, `sans-serif`, `monospace`.
+        font_size: Font size of figures [pt].
         title: Whether figures have a title.
 
     Raises:

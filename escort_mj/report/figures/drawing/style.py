@@ -22,9 +22,9 @@ from matplotlib.lines import Line2D
 from escort_mj import palette
 from escort_mj.record.files import make_folder, replaced
 from escort_mj.report.figures.drawing.letters import FONT, finish_texts
-from escort_mj.report.figures.drawing.look import NARROW, USUAL, Look
+from escort_mj.report.figures.drawing.look import NARROW, PAGE, USUAL, Look, present
 
-WIDTH = USUAL.width
+WIDTH = PAGE
 DPI = 200
 COMPRESSION = 3  # of PNG: half the time of 6, the usual one, for files 10 % larger
 SHOWN_DPI = 110  # in notebooks
@@ -75,7 +75,7 @@ _STYLE: Any = {
 
 def _style(look: Look) -> Any:
     """The style in this look."""
-    if look == USUAL:
+    if look[1:] == USUAL[1:]:
         return _STYLE
     larger = look.size / USUAL.size
     sizes = {key: larger * _STYLE[key] for key in _STYLE if key.endswith((".size", "labelsize", "titlesize"))}
@@ -104,20 +104,18 @@ def png_of(figure: Figure, dpi: float) -> bytes:
 
 
 @contextmanager
-def canvas_of(
-    height: float, title: str, note: str = "", width: float | None = None, look: Look = USUAL
-) -> Iterator[Canvas]:
-    """A figure in this project's style, complete when the block ends.
+def canvas_of(height: float, title: str, note: str = "", width: float = WIDTH) -> Iterator[Canvas]:
+    """A figure in this project's style and the present look, complete when the block ends.
 
     Args:
         height: In inches.
         title: Name of the scenario and what is shown.
         note: What a reader must know of the run, such as that it diverged; drawn in red.
-        width: In inches; None for the look's.
-        look: Its width, letters and whether it has its title.
+        width: In inches, where the look leaves it to the figure.
     """
+    look = present()
     with matplotlib.rc_context(_style(look)):
-        canvas = Canvas(figsize=(look.width if width is None else width, height), dpi=DPI)
+        canvas = Canvas(figsize=(look.width or width, height), dpi=DPI)
         FigureCanvasAgg(canvas)
         size = TITLE * look.size / USUAL.size
         line, lines = 1.5 * size / 72 / height, 0.0
@@ -143,15 +141,8 @@ def _wrap_titles(canvas: Figure, width: float) -> None:
 
 
 @contextmanager
-def figure(
-    path: Path,
-    height: float,
-    title: str,
-    note: str = "",
-    width: float | None = None,
-    look: Look = USUAL,
-) -> Iterator[Figure]:
-    """A figure in this project's style, saved when the block ends.
+def figure(path: Path, height: float, title: str, note: str = "", width: float = WIDTH) -> Iterator[Figure]:
+    """A figure in this project's style and the present look, saved when the block ends.
 
     Args:
         path: Where to save it; the suffix chooses the format.
@@ -159,13 +150,12 @@ def figure(
         title: As of `canvas_of`.
         note: As of `canvas_of`.
         width: As of `canvas_of`.
-        look: As of `canvas_of`.
 
     Raises:
         WriteError: If it cannot be saved; an earlier file of that name stays.
     """
-    with matplotlib.rc_context(_style(look)):
-        with canvas_of(height, title, note, width, look) as canvas:
+    with matplotlib.rc_context(_style(present())):
+        with canvas_of(height, title, note, width) as canvas:
             yield canvas
         save_figure(canvas, path)
 

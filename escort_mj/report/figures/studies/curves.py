@@ -15,6 +15,7 @@ from matplotlib.ticker import NullLocator
 from numpy.typing import NDArray
 
 from escort_mj import palette
+from escort_mj.report.figures.drawing.look import abreast
 from escort_mj.report.figures.drawing.scales import Scale, colors_of, heading, logarithmic, scale_of, ticks_of
 from escort_mj.report.figures.drawing.style import FAILED, Key, figure, legend
 from escort_mj.study.sweeps.quantities import RATES, Quantity
@@ -52,9 +53,10 @@ def draw_study_curves(
         by: A line per level of this one.
         quantities: A panel each.
     """
-    down = -(-len(quantities) // 2)
+    across = abreast(2)
+    down = -(-len(quantities) // across)
     with figure(path, 0.8 + 2.1 * down, f"{results.name}: against {factor.name}") as canvas:
-        grid, never = canvas.subplots(down, 2, squeeze=False, sharex=True), False
+        grid, never = canvas.subplots(down, across, squeeze=False, sharex=True), False
         for axes, quantity in zip(grid.ravel(), quantities, strict=False):
             lines = [list(_points(results, quantity, factor, here)) for here in _parts(results, by)]
             _curves(axes, results.quantities[quantity], lines)
@@ -166,10 +168,11 @@ def draw_intervals(path: Path, results: Results, by: Factor | None, quantities: 
     colors: list[palette.Color] = [ALONE] * len(cells)
     if by is not None:
         colors = [colors_of(len(by.levels))[results.level_of_cell[by.name][index]] for index in cells]
-    rows = -(-len(quantities) // ABREAST)
+    across = abreast(min(len(quantities), ABREAST))
+    rows = -(-len(quantities) // across)
     height = rows * (1.16 + BAR * max(len(cells), 3))
     with figure(path, height, f"{results.name}: each cell", width=9.6) as canvas:
-        grid = canvas.subplots(rows, min(len(quantities), ABREAST), squeeze=False, sharey=True)
+        grid = canvas.subplots(rows, across, squeeze=False, sharey=True)
         for axes, quantity in zip(grid.ravel(), quantities, strict=False):
             points = [_point(0.0, quantity, results.of_cell(quantity, index)) for index in cells]
             _intervals(axes, results.quantities[quantity], points, colors)

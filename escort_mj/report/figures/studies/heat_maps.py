@@ -11,6 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.colors import LogNorm, Normalize
 from numpy.typing import NDArray
 
+from escort_mj.report.figures.drawing.look import abreast
 from escort_mj.report.figures.drawing.scales import Scale, logarithmic, readable, scale_of, ticks_of
 from escort_mj.report.figures.drawing.style import figure
 from escort_mj.study.sweeps.quantities import RATES, Quantity
@@ -42,7 +43,7 @@ def draw_map(
     tables = [_table(results, quantity, x, y, panels, level) for level in levels]
     about = results.quantities[quantity]
     scale = scale_of(about, np.concatenate([table.ravel() for table in tables]))
-    across = min(len(levels), ACROSS)
+    across = abreast(min(len(levels), ACROSS))
     down = -(-len(levels) // across)
     height = 0.7 + down * (0.75 + max(0.3 * len(y.levels), 0.9, LETTER * len(y.title)))
     with figure(path, height, f"{results.name}: {about.heading}") as canvas:

@@ -13,6 +13,7 @@ from mpl_toolkits.mplot3d.axes3d import Axes3D
 from escort_mj.errors import UsageError
 from escort_mj.record.folder import StoredRun, read_run
 from escort_mj.report.figures.drawing.curves import log_ticks
+from escort_mj.report.figures.drawing.look import abreast, present
 from escort_mj.report.figures.drawing.style import FAILED, WIDTH, figure
 from escort_mj.report.figures.figures import plots_of
 from escort_mj.scenario.findings import did_you_mean, listed
@@ -57,12 +58,15 @@ def draw_kept(path: Path, results: Results, shown: KeptFigure, folder: Path) -> 
             words = f"found draw: {shown.draw}; figures of {run.path} are {listed([*known])}{near}"
             raise UsageError(f"figures: {shown.name}: {words}")
         plots.append(known[shown.draw])
-    height = HEADROOM + max(
-        plot.height(run.recording, WIDTH) for plot, run in zip(plots, runs.values(), strict=True)
+    across = abreast(len(runs))
+    down = len(runs) // across
+    width = (present().width or WIDTH * len(runs)) / across
+    height = HEADROOM + down * max(
+        plot.height(run.recording, width) for plot, run in zip(plots, runs.values(), strict=True)
     )
     title = f"{shown.title or shown.name}: {plots[0].title}"
     with figure(path, height, title, width=WIDTH * len(runs)) as canvas:
-        parts = canvas.subfigures(1, len(runs), wspace=0.03, squeeze=False)[0]
+        parts = canvas.subfigures(down, across, wspace=0.03, squeeze=False).ravel()
         for part, plot, (index, run) in zip(parts, plots, runs.items(), strict=True):
             part.suptitle(_apart(results, [*runs], index) + _ending(run), fontsize=9.0, color=_ink(run))
             plot.draw(part, run.recording)
