@@ -72,7 +72,7 @@ def test_a_good_run(command, one_figure, tmp_path: Path) -> None:
     assert code == 0 and out == "wrote renders/five/report.html\n"
     assert 'id="replay"' in (folder / "report.html").read_text()
     code, _, err = command("report", str(folder), "--compare", "controller")
-    assert code == 2 and "is a run; --compare and how figures look are for studies" in err
+    assert code == 2 and "is a run; --compare, --quantity and how figures look are for studies" in err
 
 
 def test_an_earlier_run_stays(command, tmp_path: Path) -> None:

@@ -65,6 +65,7 @@ class StudyResult:
         path: str | os.PathLike[str] | None = None,
         compare: str | None = None,
         formats: Sequence[str] = (),
+        quantities: Sequence[str] = (),
         **look: Any,
     ) -> ShownPage:
         """Write the page of a sweep, with statistics, figures and its worst runs.
@@ -73,6 +74,7 @@ class StudyResult:
             path: File to write; None for `report.html` in the folder.
             compare: Factor whose levels are compared; None for laws or cases.
             formats: File formats of the figures beside `svg`: `png`, `pdf`.
+            quantities: Metrics that tables and figures show; empty for those that the study asks for.
             look: How figures look: `width`, `font`, `font_size` and `title`, as for `Run.plot`.
 
         Raises:
@@ -83,7 +85,8 @@ class StudyResult:
 
         with looking(look_of(**look)):
             file = None if path is None else Path(path)
-            return ShownPage(write_study_page(self.folder, file, compare, check_formats(("svg", *formats))))
+            known = check_formats(("svg", *formats))
+            return ShownPage(write_study_page(self.folder, file, compare, known, quantities))
 
     def __repr__(self) -> str:
         return "\n".join([f"<{self.name}: {len(self.table)} rows in {self.folder}>", *self.lines])

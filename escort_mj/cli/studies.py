@@ -220,11 +220,12 @@ def shrink_command(
     return Answer(lines, told | {"folder": shown_path(found.folder)})
 
 
-@command("report", like=LOOK)
+@command("report", like=LOOK, flags={"quantities": "--quantity METRIC"})
 def report_command(
     folder: ResultsFolder,
     out: Path | None = None,
     compare: str | None = None,
+    quantities: Texts = (),
     formats: Formats = (),
     **look: Any,
 ) -> Answer:
@@ -236,6 +237,7 @@ def report_command(
         folder: Run folder, or folder of a study's results.
         out: HTML file; None for report.html in the folder.
         compare: In a study, factor whose levels are compared; None for laws or cases.
+        quantities: In a study, metric that tables and figures show; repeatable [default: those of the study].
         formats: Also write the figures of a study in this format; repeatable [default: svg].
     """
     from escort_mj.record.folder import is_run
@@ -243,8 +245,8 @@ def report_command(
 
     wanted = look_of(**look)
     if is_run(folder):
-        if compare is not None or formats or wanted != USUAL:
-            words = "--compare and how figures look are for studies; escort-mj render draws those of runs"
+        if compare is not None or quantities or formats or wanted != USUAL:
+            words = "--compare, --quantity and how figures look are for studies; render draws those of runs"
             raise UsageError(f"{folder}: is a run; {words}")
         from escort_mj.report.pages.run_page import write_run_page
 
@@ -254,7 +256,7 @@ def report_command(
         from escort_mj.report.pages.study_page import write_study_page
 
         with looking(wanted):
-            page = write_study_page(folder, out, compare, check_formats(("svg", *formats)))
+            page = write_study_page(folder, out, compare, check_formats(("svg", *formats)), quantities)
         written = ["cells.csv", "cells.md", "cells.tex", "figures/", "worst/"]
         lines = [wrote(folder, written)]
     told = {"page": shown_path(page), "folder": shown_path(folder), "written": written}

@@ -12,6 +12,7 @@ from urllib.parse import quote
 
 from markupsafe import Markup
 
+from escort_mj.errors import UsageError
 from escort_mj.record.files import make_folder, write_text
 from escort_mj.report.figures.studies.figures import draw_study
 from escort_mj.report.pages.html import Table, Text, page
@@ -24,6 +25,7 @@ from escort_mj.report.pages.study_tables import (
     write_cells,
     write_tables,
 )
+from escort_mj.scenario.findings import did_you_mean
 from escort_mj.study.sweeps.design import Planned
 from escort_mj.study.sweeps.judged import rows_of, write_judged
 from escort_mj.study.sweeps.quantities import COLLIDED, COMPLETED, PASSED
@@ -37,7 +39,11 @@ MOST_FAILURES = 200
 
 
 def write_study_page(
-    folder: Path, out: Path | None = None, compare: str | None = None, formats: Sequence[str] = ("svg",)
+    folder: Path,
+    out: Path | None = None,
+    compare: str | None = None,
+    formats: Sequence[str] = ("svg",),
+    quantities: Sequence[str] = (),
 ) -> Path:
     """Write the page of a study, its figures and the scenarios of its worst runs.
 
@@ -46,16 +52,22 @@ def write_study_page(
         out: The page; None for `report.html` in the folder.
         compare: Factor whose levels are compared; None for what `Results.compared` finds.
         formats: File formats of the figures; the first one goes into the page: `svg` or `png`.
+        quantities: Metrics that tables and figures show; empty for those that the study asks for.
 
     Returns:
         The page.
 
     Raises:
-        UsageError: If the folder holds no results, or the study has no such factor.
+        UsageError: If the folder holds no results, or the study has no such factor or quantity.
         WriteError: If a file cannot be written.
     """
     results = open_results(folder)
     results.compared(compare)
+    for name in quantities:
+        if name not in results.metrics:
+            hint = did_you_mean(name, results.metrics)
+            raise UsageError(f"quantities: found {name}, which is no metric of these runs{hint}")
+    results.chosen = [*dict.fromkeys(quantities)] or results.chosen
     path = folder / PAGE if out is None else out
     make_folder(path.parent)
     write_cells(results, folder / CELLS)

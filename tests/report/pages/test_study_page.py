@@ -161,6 +161,16 @@ def test_the_command_writes_figures_for_papers_too(few: Path) -> None:
     assert {path.suffix for path in figures.iterdir()} == {".svg", ".pdf"}
 
 
+def test_tables_show_chosen_quantities(few: Path) -> None:
+    chosen = ("--quantity", "force_rms", "--quantity", "energy")
+    done = CliRunner().invoke(app, ["report", str(few), *chosen])
+    assert done.exit_code == 0, done.output
+    head = next(line for line in (few / "cells.tex").read_text().splitlines() if "[N]" in line)
+    assert head.index("[N]") < head.index("[J]") and "radius" not in head
+    with pytest.raises(UsageError, match='found energie, which is no metric .* did you mean "energy"'):
+        write_study_page(few, quantities=["energie"])
+
+
 def test_a_study_without_runs_has_a_page(tmp_path: Path) -> None:
     out = tmp_path / "out"
     with Store(out):

@@ -64,7 +64,7 @@ def draw_study_curves(
         for axes in grid.ravel()[len(quantities) :]:
             axes.set_visible(False)
         shown = grid.ravel()[: len(quantities)]
-        for axes in shown[-2:]:
+        for axes in shown[-across:]:
             axes.set_xlabel(factor.title)
             axes.tick_params(labelbottom=True)
         for axes in shown:
