@@ -23,7 +23,7 @@ from escort_mj.report.figures import (
     timelines,
     truth,
 )
-from escort_mj.report.figures.drawing.look import PAGE, check_formats, present
+from escort_mj.report.figures.drawing.look import WIDTH, check_formats, present
 from escort_mj.report.figures.drawing.style import canvas_of, figure, png_of
 
 NOTHING = "the trace holds no sample, so there is nothing to draw"
@@ -185,7 +185,7 @@ def thumbnail_of(trace: Recorded) -> bytes:
 
 
 def _height(plot: Plot, trace: Recorded) -> float:
-    return plot.height(trace, present().width or PAGE)
+    return plot.height(trace, present().width or WIDTH)
 
 
 def _title(trace: Recorded, plot: Plot) -> str:

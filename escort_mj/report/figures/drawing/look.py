@@ -42,7 +42,7 @@ class Look(NamedTuple):
 
 
 USUAL = Look()
-PAGE = WIDTHS["page"]
+WIDTH = WIDTHS["page"]
 _PRESENT: ContextVar[Look] = ContextVar("look", default=USUAL)
 
 
@@ -63,7 +63,7 @@ def present() -> Look:
 
 def abreast(most: int) -> int:
     """Return how many panels stand beside each other: as many as may, or in narrow figures one."""
-    return 1 if (present().width or PAGE) <= NARROW else most
+    return 1 if (present().width or WIDTH) <= NARROW else most
 
 
 @checked

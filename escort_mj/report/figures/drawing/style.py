@@ -22,9 +22,8 @@ from matplotlib.lines import Line2D
 from escort_mj import palette
 from escort_mj.record.files import make_folder, replaced
 from escort_mj.report.figures.drawing.letters import FONT, finish_texts
-from escort_mj.report.figures.drawing.look import NARROW, PAGE, USUAL, Look, present
+from escort_mj.report.figures.drawing.look import NARROW, USUAL, WIDTH, Look, present
 
-WIDTH = PAGE
 DPI = 200
 COMPRESSION = 3  # of PNG: half the time of 6, the usual one, for files 10 % larger
 SHOWN_DPI = 110  # in notebooks
