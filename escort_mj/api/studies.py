@@ -237,7 +237,7 @@ def compare(
     write_text(file, dump_scenario(mission))
     design, _, count = _lay_out(study, folder, workers)
     with backends.local(count) as where, shown_progress("comparing", " runs", progress) as update:
-        done = sweep_design(design, folder, where, count, True, update, again)
+        done = sweep_design(design, folder, where, count, True, update, again, stated=True)
     results = open_results(folder)
     with stopping.keeping(lambda: kept_words(folder)):
         lines, written = write_comparison(results, folder)
@@ -313,7 +313,7 @@ def reproduce(
         None if not names else {index for name in names for index in design.cells_where(known[name].where)}
     )
     with backends.local(count) as where, shown_progress("reproducing", " runs", progress) as update:
-        done = sweep_design(design, folder, where, count, True, update, again, cells)
+        done = sweep_design(design, folder, where, count, True, update, again, cells, stated=True)
     results = open_results(folder)
     with stopping.keeping(lambda: kept_words(folder)):
         write_study_page(folder, formats=("png",))

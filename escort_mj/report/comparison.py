@@ -311,9 +311,13 @@ def _bars(axes: Axes, name: str, found: Comparison) -> None:
 
 
 def draw_curves_of(folder: Path, found: Comparison) -> Path:
-    """The first seed over time: error of the worst robot's radius, and tracking error without noise."""
+    """Error of the worst robot's radius, and tracking error without noise, over time.
+
+    Shown is the first seed with which a run completed.
+    """
     results = found.results
-    seed, colors = results.runs[0].seed, _colors(results)
+    completed = results.values(COMPLETED) == 1.0
+    seed, colors = results.runs[int(np.argmax(completed))].seed, _colors(results)
     flown: dict[str, None] = {}
     path = folder / "figures" / "curves.png"
     with figure(path, 5.6, f"{results.name}: {found.subject} over time, seed {seed}") as canvas:

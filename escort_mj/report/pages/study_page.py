@@ -93,7 +93,8 @@ def _parts(
     if not results.rows:
         return parts
     judged = write_judged(results, folder) if results.expect else []
-    head, claims = rows_of(judged)
+    head, rows = rows_of(judged)
+    claims = [[Text(cell.strip("*")) for cell in row] for row in rows]
     shown = results.shown()
     factor = results.compared(compare)
     runs = failed_runs(results)
@@ -101,12 +102,7 @@ def _parts(
     compared = comparisons(results, factor, shown)
     write_tables([rates, values, *([compared] if compared else [])], folder, Path(CELLS).stem)
     return parts | {
-        "claims": Table(
-            "What is expected of cells",
-            [(words, "") for words in head],
-            [[Text(cell.strip("*")) for cell in row] for row in claims],
-            sortable=False,
-        ),
+        "claims": Table("What is expected of cells", [(words, "") for words in head], claims, sortable=False),
         "rates": rates,
         "values": values,
         "rest": [name for name in results.known(results.metrics) if name not in shown],

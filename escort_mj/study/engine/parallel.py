@@ -1,4 +1,4 @@
-"""Work side by side in processes, with results in order and progress as they come."""
+"""Work side by side in processes: a worker that dies costs the job that it did, which is tried again."""
 
 from __future__ import annotations
 
@@ -8,16 +8,17 @@ import os
 import signal
 import tempfile
 import threading
+from collections import deque
 from collections.abc import Callable, Generator, Iterable, Sequence
-from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
-from concurrent.futures.process import BrokenProcessPool
-from contextlib import closing, suppress
+from contextlib import suppress
 from functools import partial
 from itertools import islice
 from multiprocessing import forkserver, resource_tracker
+from multiprocessing.connection import Connection
 from multiprocessing.connection import wait as wait_for
-from multiprocessing.context import ForkServerContext, ForkServerProcess
+from multiprocessing.context import ForkServerContext
 from pathlib import Path
+from queue import SimpleQueue
 from typing import Any, TypeVar
 
 from escort_mj import stopping, supervised
@@ -30,6 +31,10 @@ WORK = "escort_mj.study.engine.work"  # the module that worker processes need
 FORKED = "escort_mj.study.engine.forked"  # imported before it where they are forked
 AHEAD = 3  # jobs that are waiting for each worker
 TRIES = 3  # of a job whose worker dies
+UNBORN = (
+    "worker processes do not start; a script that uses them keeps what it does "
+    'under  if __name__ == "__main__":'
+)
 
 
 class Died(str):
@@ -44,20 +49,7 @@ def cores() -> int:
         return os.cpu_count() or 1
 
 
-class _Context(ForkServerContext):
-    """Starts worker processes, and knows which."""
-
-    def __init__(self) -> None:
-        self.started: list[ForkServerProcess] = []
-
-    def Process(self, *about: Any, **more: Any) -> ForkServerProcess:  # type: ignore[override]  # noqa: N802
-        """A process that the executor asks for."""
-        process = ForkServerProcess(*about, **more)
-        self.started.append(process)
-        return process
-
-
-def parent_of_workers() -> _Context:
+def parent_of_workers() -> ForkServerContext:
     """Start the process that worker processes are forked from, or find it.
 
     It imports what a run needs, once for all workers, while this process gets ready itself: call this early.
@@ -69,7 +61,7 @@ def parent_of_workers() -> _Context:
     """
     if getattr(multiprocessing.current_process(), "_inheriting", False):
         os._exit(1)
-    context = _Context()
+    context = ForkServerContext()
     context.set_forkserver_preload([FORKED, WORK])
     with stopping.deferred():
         resource_tracker.ensure_running()  # which would end the block below
@@ -96,13 +88,15 @@ def _end_parent(number: int | None) -> None:
             os.kill(number, signal.SIGKILL)
 
 
-def _begin(pages: str) -> None:
-    """Tell the process that wants this worker's results which plugin it calls, and end when that is gone.
+def _serve(pipe: Connection, pages: str) -> None:
+    """Be a worker: do jobs as they come, until none comes any more or the process that wants them is gone.
 
     Args:
-        pages: Folder in which workers tell it, in files with the numbers of their processes.
+        pipe: Brings functions and jobs, and takes whether each was done and what came of it.
+        pages: Folder in which workers tell which plugin they call, in files with their processes' numbers.
     """
-    supervised.own_page = supervised.page_in(Path(pages) / str(os.getpid()))
+    with suppress(OSError):  # a full disk
+        supervised.own_page = supervised.page_in(Path(pages) / str(os.getpid()))
     parent = multiprocessing.parent_process()
     assert parent is not None, "a worker has a parent"
 
@@ -110,63 +104,89 @@ def _begin(pages: str) -> None:
         wait_for([parent.sentinel])
         os._exit(1)
 
-    threading.Thread(target=follow, daemon=True).start()
+    given: SimpleQueue[Any] = SimpleQueue()
+
+    def take() -> None:
+        """Take jobs at once, or two ends that send would wait for each other."""
+        while True:
+            try:
+                given.put(pipe.recv())
+            except (EOFError, OSError):
+                given.put(None)
+                return
+
+    for work in (follow, take):
+        threading.Thread(target=work, daemon=True).start()
+    pipe.send(None)  # it has started
+    while (task := given.get()) is not None:
+        function, job = task
+        try:
+            answer = True, function(job)
+        except Exception as error:
+            answer = False, error
+        with suppress(OSError):
+            pipe.send(answer)
 
 
-class _Pool:
-    """Some worker processes, until one of them dies."""
+class _Worker:
+    """A worker process, and the jobs that it was given.
 
-    def __init__(self, count: int) -> None:
-        self._context = parent_of_workers()
-        self._pages = tempfile.TemporaryDirectory(prefix="escort_mj_", ignore_cleanup_errors=True)
-        self._executor = ProcessPoolExecutor(
-            count, self._context, initializer=_begin, initargs=(self._pages.name,)
-        )
+    Attributes:
+        jobs: The first is the one that it does; with the tries that each has had.
+        pipe: To it.
+        begun: Whether it has started.
+    """
 
-    def submit(self, function: Callable[..., Result], *arguments: Any) -> Future[Result]:
+    def __init__(self, pages: str) -> None:
+        self.jobs: deque[tuple[Any, int]] = deque()
+        self.begun, self._pages = False, Path(pages)
+        context = parent_of_workers()
+        self.pipe, its = context.Pipe()
+        self._process = context.Process(target=_serve, args=(its, pages))
         # A worker that starts is to be known; where that waits for imports, it has to do without them.
         with stopping.deferred(lambda: _end_parent(_parent())):
-            return self._executor.submit(function, *arguments)
+            self._process.start()
+        its.close()
 
-    def close(self) -> None:
-        """Lets workers go that have nothing to do."""
-        self._executor.shutdown(cancel_futures=True)
+    def give(self, function: Callable[[Any], Any], job: Any, tries: int) -> None:
+        """Give it a job; one that has died says so when it is asked for results."""
+        self.jobs.append((job, tries))
+        with suppress(OSError):
+            self.pipe.send((function, job))
 
-    def kill(self) -> None:
-        """Ends workers whatever they do."""
-        with stopping.deferred():
-            for process in self._context.started:
-                if process.pid is not None:
-                    process.kill()
-            self._executor.shutdown(cancel_futures=True)
+    @property
+    def _page(self) -> supervised.Page | None:
+        """What it says; None where it says nothing."""
+        file = self._pages / str(self._process.pid)
+        try:
+            return supervised.page_in(file) if file.exists() else None
+        except OSError:
+            return None
 
     def end_overdue(self) -> None:
-        """End workers in which a plugin's code takes so long that they do not break it off themselves."""
-        for process in self._context.started:
-            page = self._page(process)
-            if page is not None and page.overdue and process.pid is not None:
-                page.tell(f"{page.words}: {supervised.too_long()}", timed=False)
-                os.kill(process.pid, signal.SIGKILL)
+        """End it if a plugin's code takes so long that it does not break that off itself."""
+        if (page := self._page) is not None and page.overdue:
+            page.tell(f"{page.words}: {supervised.too_long()}", timed=False)
+            self._process.kill()
 
     def cause(self) -> str:
-        """What the first worker that died died of, and what it called, once all have ended."""
-        codes = {process: process.exitcode for process in self._context.started}
-        calling = {process: page.words for process in codes if (page := self._page(process)) and page.words}
-        first = [
-            process
-            for process, code in codes.items()
-            if code not in (None, -signal.SIGTERM) and (code or process in calling)  # others were asked to
-        ]
-        if not first:
-            return "it ended"
-        found = next((process for process in first if process in calling), first[0])
-        words, code = calling.get(found, ""), codes[found] or 0
-        return supervised.told(words, code) if words else supervised.ending(code)
+        """What it died of, and what it called."""
+        self._process.join()
+        page, code = self._page, self._process.exitcode or 0
+        return (
+            supervised.told(page.words, code) if page is not None and page.words else supervised.ending(code)
+        )
 
-    def _page(self, process: ForkServerProcess) -> supervised.Page | None:
-        """What a worker says; None where it has not begun."""
-        file = Path(self._pages.name) / str(process.pid)
-        return supervised.page_in(file) if file.exists() else None
+    def end(self, kill: bool) -> None:
+        """Let it go, or end it whatever it does."""
+        if kill and self._process.pid is not None:
+            self._process.kill()
+        self.pipe.close()
+
+    def join(self) -> None:
+        """Wait until it has ended."""
+        if self._process.pid is not None:
+            self._process.join()
 
 
 class Workers:
@@ -178,23 +198,31 @@ class Workers:
         Args:
             count: How many there are to be.
         """
-        self._count, self._cause = count, ""
-        self._pool: _Pool | None = None
+        self._count = count
+        self._workers: list[_Worker] = []
+        self._pages = tempfile.TemporaryDirectory(prefix="escort_mj_", ignore_cleanup_errors=True)
 
     def __enter__(self) -> Workers:
         return self
 
     def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
-        pool, self._pool = self._pool, None
-        if pool is not None:
-            pool.close() if kind is None else pool.kill()
+        self._end(kill=kind is not None)
+        self._pages.cleanup()
+
+    def _end(self, kill: bool) -> None:
+        with stopping.deferred():
+            for worker in self._workers:
+                worker.end(kill)
+            for worker in self._workers:
+                worker.join()
+            self._workers = []
 
     def compute(
         self, function: Callable[[Item], Result], jobs: Iterable[Item]
     ) -> Generator[tuple[Item, Result | Died], None, None]:
         """Computes jobs, a few ahead of what takes the results.
 
-        A worker that dies takes nothing with it: its jobs are computed again.
+        A worker that dies takes nothing with it: another one does its jobs.
 
         Args:
             function: Of a module's top level.
@@ -202,85 +230,66 @@ class Workers:
 
         Yields:
             Jobs and results as they come, or what the workers died of that tried a job.
-        """
-        waiting = iter(jobs)
-        flying: dict[Future[Result], tuple[Item, int]] = {}  # with the tries that they have had
-        again: list[tuple[Item, int]] = []
-        try:
-            while True:
-                self._pool = self._pool or _Pool(self._count)
-                try:
-                    # Suspects first and one at a time, so that it is seen which of them kills its worker.
-                    while again:
-                        job, tries = again.pop()
-                        future = self._pool.submit(function, job)
-                        flying[future] = job, tries
-                        while not wait([future], supervised.LOOK).done:
-                            self._pool.end_overdue()
-                        result = future.result()
-                        del flying[future]
-                        yield job, result
-                    while True:
-                        while len(flying) < AHEAD * self._count and (more := list(islice(waiting, 1))):
-                            flying[self._pool.submit(function, more[0])] = more[0], 0
-                        if not flying:
-                            return
-                        done = wait(flying, supervised.LOOK, FIRST_COMPLETED).done
-                        if not done:
-                            self._pool.end_overdue()
-                        for future in done:
-                            result = future.result()
-                            job, _ = flying.pop(future)
-                            yield job, result
-                except BrokenProcessPool:
-                    self._replace()
-                    for future, (job, tries) in flying.items():
-                        if future.done() and not future.cancelled() and future.exception() is None:
-                            yield job, future.result()
-                        elif tries + 1 < TRIES:
-                            again.append((job, tries + 1))
-                        else:
-                            yield job, Died(self._cause)
-                    flying.clear()
-        except BaseException:
-            pool, self._pool = self._pool, None
-            if pool is not None:
-                pool.kill()
-            raise
-
-    def _replace(self) -> None:
-        """Puts others in the place of workers one of which died, once they start: jobs are not to blame else.
 
         Raises:
-            EscortError: If they do not start.
+            EscortError: If workers do not start.
         """
-        broken, self._pool = self._pool, None
-        if broken is not None:
-            broken.close()
-            self._cause = broken.cause()
-        self._pool = _Pool(self._count)
+        untaken = iter(jobs)
+        waiting: deque[tuple[Item, int]] = deque()
+        unborn = 0
         try:
-            self._pool.submit(os.getpid).result()
-        except BrokenProcessPool:
-            raise EscortError(
-                "worker processes do not start; a script that uses them keeps what it does "
-                'under  if __name__ == "__main__":'
-            ) from None
+            while True:
+                waiting += ((job, 0) for job in islice(untaken, max(AHEAD * self._count - len(waiting), 0)))
+                self._hand_out(function, waiting)
+                busy = [worker for worker in self._workers if worker.jobs]
+                if not busy:
+                    return
+                ready = wait_for([worker.pipe for worker in busy], supervised.LOOK)
+                for worker in busy if not ready else ():
+                    worker.end_overdue()
+                for worker in busy:
+                    if worker.pipe not in ready:
+                        continue
+                    try:
+                        answer = worker.pipe.recv()
+                    except (EOFError, OSError):
+                        self._workers.remove(worker)
+                        cause, unborn = worker.cause(), unborn + (not worker.begun)
+                        if unborn == TRIES:
+                            raise EscortError(UNBORN) from None
+                        job, tries = worker.jobs.popleft()
+                        waiting.extendleft(reversed(worker.jobs))
+                        if tries + worker.begun < TRIES:
+                            waiting.appendleft((job, tries + worker.begun))
+                        else:
+                            yield job, Died(cause)
+                        continue
+                    if answer is None:
+                        worker.begun, unborn = True, 0
+                        continue
+                    done, result = answer
+                    if not done:
+                        raise result
+                    yield worker.jobs.popleft()[0], result
+        except BaseException:
+            self._end(kill=True)
+            raise
+
+    def _hand_out(self, function: Callable[[Item], Result], waiting: deque[tuple[Item, int]]) -> None:
+        """Give each worker a job, and one ahead while there are enough that none waits for a slow worker."""
+        while waiting:
+            worker = min(self._workers, key=lambda one: len(one.jobs), default=None)
+            if len(self._workers) < self._count and (worker is None or worker.jobs):
+                worker = _Worker(self._pages.name)
+                self._workers.append(worker)
+            assert worker is not None, "there is one at least"
+            if len(worker.jobs) > 1 or (worker.jobs and len(waiting) <= self._count):
+                return
+            worker.give(function, *waiting.popleft())
 
 
-def _one(function: Callable[[Item], Result], job: tuple[int, Item]) -> tuple[Result]:
-    """The result of a numbered item, told from none."""
-    return (function(job[1]),)
-
-
-def side_by_side(
-    function: Callable[[Item], Result],
-    items: Sequence[Item],
-    workers: int,
-    progress: Callable[[float, float], None] | None = None,
-    lost: Callable[[Item, str], Result] | None = None,
-) -> list[Result]:
-    """Call a function for every item.
+def side_by_side(function: Callable[[Item], Result], items: Sequence[Item], workers: int) -> list[Result]:
+    """Call a function for every item, and return the results in the order of the items.
 
     Processes, not threads: a run takes samples in Python between its native stretches, and on two cores two
     threads need longer than one after the other.
@@ -288,39 +297,24 @@ def side_by_side(
     Args:
         function: Of the top level of a module, since it goes to other processes; so do items and results.
         items: What to call it with.
-        workers: Processes; 1 stays in this one, unless an item is not to take this process with it.
-        progress: Called with the number of items done and of all.
-        lost: The result of an item that kills every process that tries it, from that and what they died of.
-
-    Returns:
-        One result per item, in the order of the items.
+        workers: Processes; 1 stays in this one.
 
     Raises:
-        EscortError: If a process was killed time and again, and `lost` is not given; whatever the function
-            itself raises.
+        EscortError: If a process was killed time and again; whatever the function itself raises.
     """
-    workers = min(workers, len(items))
+    if workers == 1:
+        return [function(item) for item in items]
     found: dict[int, Result] = {}
-
-    def note(number: int, result: Result) -> None:
-        found[number] = result
-        if progress is not None:
-            progress(len(found), len(items))
-
-    if not items or (workers == 1 and lost is None):
-        for number, item in enumerate(items):
-            note(number, function(item))
-    else:
-        jobs = list(enumerate(items))
-        with Workers(workers) as pool, closing(pool.compute(partial(_one, function), jobs)) as results:
-            for (number, item), result in results:
-                if not isinstance(result, Died):
-                    note(number, result[0])
-                elif lost is not None:
-                    note(number, lost(item, result))
-                else:
-                    raise EscortError(
-                        f"processes that compute were killed {TRIES} times ({result}; out of memory?); "
-                        "what had ended is kept: run this again"
-                    )
+    jobs = list(enumerate(items))
+    with Workers(min(workers, len(items))) as pool:
+        for (number, _), result in pool.compute(partial(_second, function), jobs):
+            if isinstance(result, Died):
+                raise EscortError(
+                    f"processes that compute were killed {TRIES} times ({result}; out of memory?)"
+                )
+            found[number] = result
     return [found[number] for number in range(len(items))]
+
+
+def _second(function: Callable[[Item], Result], job: tuple[int, Item]) -> Result:
+    return function(job[1])

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from escort_mj import stopping
-from escort_mj.errors import EscortError, Fault, RunFolderError, ScenarioError
+from escort_mj.errors import BrokenRunError, EscortError, Fault, RunFolderError, ScenarioError, WriteError
 from escort_mj.measuring import measure_over
 from escort_mj.mission import Flight, Room, fly, save
 from escort_mj.record.folder import CHECK, STUDY, RunFolder, is_run, read_run
@@ -124,7 +124,12 @@ def fly_keeping(scenario: Scenario, folder: Path | None, made_by: str, always: b
 
 
 def perform(job: Job) -> Row:
-    """Make one run and summarize it; an error becomes a row too."""
+    """Make one run and summarize it; an error becomes a row too.
+
+    Raises:
+        WriteError: If a study's run cannot be written.
+        BrokenRunError: Likewise.
+    """
     began = time.perf_counter()
 
     def nothing(message: str, faults: Sequence[Fault] = ()) -> Row:
@@ -148,6 +153,10 @@ def perform(job: Job) -> Row:
             return nothing(broken[0])
     except ScenarioError as error:
         return nothing(str(error), error.faults)
+    except (BrokenRunError, WriteError) as error:
+        if job.made_by == STUDY:
+            raise  # it tells of the disk, not of the run, which is still to be made
+        return nothing(str(error))
     except EscortError as error:
         return nothing(str(error), [Fault(str(error))] if error.exit_code == WRONG else ())
     except Exception as error:

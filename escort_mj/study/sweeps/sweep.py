@@ -13,7 +13,7 @@ from escort_mj import stopping
 from escort_mj.errors import UsageError
 from escort_mj.metrics import METRIC_NAMES
 from escort_mj.record.files import write_text
-from escort_mj.record.outcome import Outcome
+from escort_mj.record.outcome import FINAL, Outcome
 from escort_mj.record.tables import comma_separated
 from escort_mj.study.engine.backends import Backend
 from escort_mj.study.engine.parallel import Died
@@ -61,6 +61,7 @@ def sweep_design(
     progress: Progress | None = None,
     again: bool = False,
     only: Collection[int] | None = None,
+    stated: bool = False,
 ) -> Swept:
     """Make the runs that are missing.
 
@@ -73,6 +74,7 @@ def sweep_design(
         progress: Called with the runs that are done and all.
         again: Whether to make runs again that have been made.
         only: Numbers of the cells whose runs are made; None for all.
+        stated: Whether to make runs again that an accident ended, such as a killed worker.
 
     Raises:
         UsageError: If the study is larger than its own `at_most` and not confirmed.
@@ -92,6 +94,9 @@ def sweep_design(
         write_design(design, out)
         if again:
             store.forget(run.key for run in planned)
+        elif stated:
+            before = store.get(run.key for run in planned)
+            store.forget(key for key, row in before.items() if row.outcome not in FINAL)
         missing = _missing(planned, store)
         made = 0
         if missing and not confirmed:

@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from escort_mj.api import scenarios_folder
-from escort_mj.errors import ScenarioError, UsageError
+from escort_mj.errors import EscortError, ScenarioError, UsageError
 from escort_mj.measuring import measures_of
 from escort_mj.mission import fly
 from escort_mj.record.folder import read_run
@@ -24,6 +24,7 @@ from escort_mj.study.engine.work import Job, perform
 from escort_mj.study.sweeps.definition import load_study
 from escort_mj.study.sweeps.design import Design
 from escort_mj.study.sweeps.sweep import check_size, sweep_design
+from tests.limits import files_up_to
 from tests.plugged import METRIC
 
 STUDY = """
@@ -44,6 +45,11 @@ def design(folder: Path, text: str = STUDY) -> Design:
 def table(folder: Path) -> list[dict[str, str]]:
     with (folder / "runs.csv").open() as file:
         return list(csv.DictReader(file))
+
+
+def stored(folder: Path) -> list[dict[str, str]]:
+    with sqlite3.connect(folder / FILE) as connection:
+        return [{"folder": folder} for (folder,) in connection.execute("SELECT folder FROM runs")]
 
 
 def test_every_run_once_and_never_again(tmp_path: Path) -> None:
@@ -249,3 +255,21 @@ def test_metrics_of_plugins_are_kept_and_stand_in_the_table(tmp_path: Path) -> N
     with pytest.raises(ScenarioError, match='found .farthes.; .*did you mean "farthest"'):
         design(tmp_path, wrong)
     assert design(tmp_path, wrong.replace("farthes}", "farthest}")).study.tune is not None
+
+
+def test_a_full_disk_is_no_result_of_a_run(tmp_path: Path) -> None:
+    laid_out, out = design(tmp_path, STUDY + "traces: all\n"), tmp_path / "out"
+    sweep_design(laid_out, tmp_path / "warm", here, 1, True)
+    with files_up_to(60_000), pytest.raises(EscortError, match="cannot be written"):
+        sweep_design(laid_out, out, here, 1, True)
+    assert sweep_design(laid_out, out, here, 1, True) == (12, 12, 0, 0, 4)
+    assert all(read_run(out / row["folder"]).outcome["outcome"] == "completed" for row in stored(out))
+
+
+def test_what_an_accident_ended_is_made_again_where_that_is_wanted(tmp_path: Path) -> None:
+    laid_out, out = design(tmp_path), tmp_path / "out"
+    sweep_design(laid_out, out, here, 1, True)
+    with sqlite3.connect(out / FILE) as connection:
+        connection.execute("UPDATE runs SET outcome = 'killed', passed = 0 WHERE seed = 1")
+    assert sweep_design(laid_out, out, here, 1, True)[:3] == (12, 0, 4)
+    assert sweep_design(laid_out, out, here, 1, True, stated=True)[:3] == (12, 4, 0)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -21,6 +20,7 @@ from escort_mj.study.sweeps.expected import KeptFigure
 from escort_mj.study.sweeps.results import Results
 
 ZOOM = 1.18  # of a view in space
+INK = "#222222"
 HEADROOM = 0.35  # inches, for the name over each part
 
 
@@ -68,7 +68,9 @@ def draw_kept(path: Path, results: Results, shown: KeptFigure, folder: Path) -> 
     with figure(path, height, title, width=WIDTH * len(runs)) as canvas:
         parts = canvas.subfigures(down, across, wspace=0.03, squeeze=False).ravel()
         for part, plot, (index, run) in zip(parts, plots, runs.items(), strict=True):
-            part.suptitle(_apart(results, [*runs], index) + _ending(run), fontsize=9.0, color=_ink(run))
+            ending = _ending(run)
+            words = _apart(results, [*runs], index) + ending
+            part.suptitle(words, fontsize=9.0, color=FAILED if ending else INK)
             plot.draw(part, run.recording)
             for axes in part.axes:
                 if isinstance(axes, Axes3D):  # its labels need more room in half of a figure
@@ -100,7 +102,3 @@ def _ending(run: StoredRun) -> str:
     """What a reader must know of a run that did not end well."""
     ended = str(run.outcome["outcome"])
     return "" if ended == "completed" else f": {ended}, {run.outcome['message']}"
-
-
-def _ink(run: StoredRun) -> Any:
-    return "#222222" if run.outcome["outcome"] == "completed" else FAILED
