@@ -38,7 +38,8 @@ class StudyResult:
         folder: Folder of the results; the same call continues there.
         lines: Output of the command.
         written: Files in the folder.
-        passed: Whether the study succeeded: no run failed, a best point was found, or no counterexample.
+        passed: Whether the study succeeded: no run failed and every claim holds, a best point was found, or
+            no counterexample.
         found: Detailed results of the search or sweep.
     """
 
@@ -162,6 +163,8 @@ def sweep(
         KeyboardInterrupt: On an interrupt; completed runs are kept, and the same call continues.
     """
     from escort_mj.study.engine import backends
+    from escort_mj.study.sweeps.judged import FILES, judged_lines, write_judged
+    from escort_mj.study.sweeps.results import open_results
     from escort_mj.study.sweeps.sweep import TABLE, sweep_design, sweep_line
 
     design, folder, count = _lay_out(study, out, workers, confirmed, overrides)
@@ -170,8 +173,12 @@ def sweep(
     with at as where, shown_progress("sweeping", " runs", progress) as update:
         done = sweep_design(design, folder, where, count, confirmed, update)
     lines, written = [sweep_line(design.study.study, done)], ["results.sqlite", TABLE, "study.yaml"]
+    claims = write_judged(open_results(folder), folder) if design.study.expect else []
+    if claims:
+        lines, written = lines + judged_lines(claims), [*written, *FILES]
+    passed = not done.failed and all(claim.holds in ("yes", "undecided") for claim in claims)
     read = _table_of(folder / TABLE)
-    return StudyResult(design.study.study, folder, lines, written, not done.failed, done, read)
+    return StudyResult(design.study.study, folder, lines, written, passed, done, read)
 
 
 @checked

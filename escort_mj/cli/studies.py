@@ -92,7 +92,7 @@ def sweep_command(**given: Any) -> Answer:
         result = studies.sweep(**given, progress=progress or False)
     done = result.found
     told = {"study": result.name, "folder": shown_path(result.folder), "written": result.written}
-    code = BROKEN if done.broken else VERDICT_FAILED if done.failed else GOOD
+    code = BROKEN if done.broken else GOOD if result.passed else VERDICT_FAILED
     return Answer([*result.lines, wrote(result.folder, result.written)], told | done._asdict(), code)
 
 

@@ -149,10 +149,15 @@ def test_kept_runs_are_drawn_side_by_side_and_claims_written(tmp_path: Path, com
         "expect": [{"claim": "nothing touches", "bounds": [{"metric": "contacts", "at_most": 0}]}],
         "figures": [{"name": "side by side", "draw": "paths", "where": {"law": "a"}}],
     }
-    escort_mj.sweep(study, tmp_path, workers=1, progress=False).report()
+    swept = escort_mj.sweep(study, tmp_path, workers=1, progress=False)
+    assert swept.passed and swept.lines[1:] == ["  yes       nothing touches"]
+    swept.report()
     assert (tmp_path / "figures" / "side_by_side.svg").stat().st_size > 10_000
     claims = json.loads((tmp_path / "expect.json").read_text())["claims"]
     assert [one["holds"] for one in claims] == ["yes"]
+    never = [{"claim": "it is heavy", "bounds": [{"metric": "force_rms", "at_least": 1e6}]}]
+    failed = escort_mj.sweep(study | {"expect": never}, tmp_path, workers=1, progress=False)
+    assert not failed.passed and failed.lines[1:] == ["  no        it is heavy"]
     page = (tmp_path / "report.html").read_text()
     assert "nothing touches" in page and "side_by_side" in page + str([*(tmp_path / "figures").iterdir()])
 
