@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import suppress
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.behaviors import Formation, Goal, Headed
 from escort_mj.behaviors.formation import ALONG
-from escort_mj.components.random_placement import RandomPlacement
 from escort_mj.errors import ScenarioError
 from escort_mj.scenario.checks.mission import behaviors_of
 from escort_mj.scenario.checks.motion import check_defined, check_order
@@ -53,7 +51,7 @@ def check_target(mission: Mission) -> Iterator[Finding]:
 def check_formations(mission: Mission) -> Iterator[Finding]:
     """Formations have an offset for each robot, and one frame, which is defined through the whole run."""
     scenario = mission.scenario
-    count, axes = mission.count, scenario.axes
+    count = mission.count
     for path, formation in behaviors_of(scenario):
         if not isinstance(formation, Formation):
             continue
@@ -65,15 +63,6 @@ def check_formations(mission: Mission) -> Iterator[Finding]:
         if formation.follows and scenario.target is None:
             words = "found a formation that goes with the target; this mission has none: give position"
             yield Finding(path, words, related=(("target",),))
-        vectors: list[tuple[Path, Sequence[object]]] = [
-            *(((*path, "offsets", i), offset) for i, offset in enumerate(formation.offsets)),
-            *(
-                ((*path, "waypoints", i, "position"), waypoint.position)
-                for i, waypoint in enumerate(formation.waypoints or ())
-            ),
-            *([((*path, "position"), formation.position)] if formation.position is not None else []),
-        ]
-        yield from (Finding(p, _dimension(len(v), axes)) for p, v in vectors if len(v) != axes)
         yield from check_order((*path, "waypoints"), formation.waypoints or ())
         heading = () if formation.heading == ALONG else (formation.heading,)
         yield from _functions(scenario, (*path, "position"), formation.position or ())
@@ -113,7 +102,7 @@ def check_one_way(mission: Mission) -> Iterator[Finding]:
 def check_goals(mission: Mission) -> Iterator[Finding]:
     """As many goals as robots, of as many numbers as axes; all robots fit at their last ones, or offsets."""
     scenario = mission.scenario
-    count, axes = mission.count, scenario.axes
+    count = mission.count
     for path, goal in behaviors_of(scenario):
         if isinstance(goal, Formation) and isinstance(goal.scale, float):
             with suppress(ScenarioError):  # no room for robots, which another check says
@@ -122,40 +111,14 @@ def check_goals(mission: Mission) -> Iterator[Finding]:
         if not isinstance(goal, Goal):
             continue
         path = (*path, "goals")
-        if isinstance(goal.goals, RandomPlacement):
-            center = goal.goals.center
-            if center is not None and len(center) != axes:
-                yield Finding((*path, "center"), _dimension(len(center), axes))
-                continue
-        elif goal.goals != "opposite":
-            if len(goal.goals) != count:
-                yield Finding(
-                    path,
-                    f"found {len(goal.goals)} entries; expected {count}, one for each robot",
-                    related=(("robots", "count"), ("robots", "positions")),
-                )
-                continue
-            wrong = [
-                Finding((*path, robot, *place), _dimension(len(point), axes))
-                for robot, entry in enumerate(goal.goals)
-                for place, point in points_in(entry)
-                if len(point) != axes
-            ]
-            yield from wrong
-            if wrong:
-                continue
-        yield from _fitting(mission, goal, path)
-
-
-def points_in(entry: Sequence[Any]) -> list[tuple[Path, Sequence[float]]]:
-    """Return the points of a goal, and where each stands in it: a point, or a list of waypoints."""
-    if isinstance(entry[0], list | tuple):
-        return [((place,), point) for place, point in enumerate(entry)]
-    return [((), entry)]
-
-
-def _dimension(found: int, axes: int) -> str:
-    return f"found {found} numbers; expected {axes}, as axes says"
+        if isinstance(goal.goals, tuple) and len(goal.goals) != count:
+            yield Finding(
+                path,
+                f"found {len(goal.goals)} entries; expected {count}, one for each robot",
+                related=(("robots", "count"), ("robots", "positions")),
+            )
+        else:
+            yield from _fitting(mission, goal, path)
 
 
 def _fitting(mission: Mission, goal: Goal, path: Path) -> Iterator[Finding]:

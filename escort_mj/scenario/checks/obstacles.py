@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator, Sequence
-from typing import Any
+from collections.abc import Iterator
 
 import numpy as np
 
@@ -21,25 +20,6 @@ from escort_mj.scenario.schema.scenario import Scenario
 
 THINNEST = 1e-3  # m, as the radius of a body
 SHARPEST = math.radians(150.0)  # turn of a wall
-
-
-def vectors_of_obstacles(scenario: Scenario) -> Iterator[tuple[Path, Sequence[Any] | None]]:
-    """Vectors that have one number per axis, with their places."""
-    for i, obstacle in enumerate(scenario.obstacles):
-        yield ("obstacles", i, "position"), obstacle.position
-        for k, corner in enumerate(obstacle.vertices or ()):
-            yield ("obstacles", i, "vertices", k), corner
-        if obstacle.motion is not None:
-            path: Path = ("obstacles", i, "motion")
-            yield (*path, "position"), obstacle.motion.position
-            for k, waypoint in enumerate(obstacle.motion.waypoints or ()):
-                yield (*path, "waypoints", k, "position"), waypoint.position
-    for i, wall in enumerate(scenario.walls):
-        yield from ((("walls", i, "points", k), point) for k, point in enumerate(wall.points))
-    if scenario.clutter is not None:
-        yield ("clutter", "low"), scenario.clutter.low
-        yield ("clutter", "high"), scenario.clutter.high
-    yield ("environment", "medium", "wind"), scenario.environment.medium.wind
 
 
 def check_obstacles(mission: Mission) -> Iterator[Finding]:

@@ -116,12 +116,6 @@ def check_opponents(mission: Mission) -> Iterator[Finding]:
                 (*path, "positions"),
                 f"found {len(group.positions)} positions; expected {group.count}, as count says",
             )
-        for place, position in enumerate(group.positions or ()):
-            if len(position) != scenario.axes:
-                yield Finding(
-                    (*path, "positions", place),
-                    f"found {len(position)} numbers; expected {scenario.axes}, as axes says",
-                )
         yield from check_drive(scenario, group.body, (*path, "body"))
 
 

@@ -17,21 +17,6 @@ from escort_mj.sensors.lidar import RAYS
 MAX_PAST = 64 * 2**20  # bytes that delays may keep
 
 
-def check_biases(mission: Mission) -> Iterator[Finding]:
-    """One number per axis."""
-    scenario = mission.scenario
-    for name, sensor in zip(NAMES, scenario.sensing.channels, strict=True):
-        if (
-            isinstance(sensor, Plain)
-            and not isinstance(sensor.bias, float)
-            and len(sensor.bias) != scenario.axes
-        ):
-            yield Finding(
-                ("sensing", name, "bias"),
-                f"found {len(sensor.bias)} numbers; expected {scenario.axes}, as axes says, or one radius",
-            )
-
-
 def check_delays(mission: Mission) -> Iterator[Finding]:
     """A whole number of steps, less than the run, and no more than memory holds."""
     scenario = mission.scenario

@@ -4,18 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.errors import ScenarioError
-from escort_mj.scenario.checks.obstacles import check_drive, vectors_of_obstacles
+from escort_mj.scenario.checks.obstacles import check_drive
 from escort_mj.scenario.findings import Finding, Path
 from escort_mj.scenario.geometry.obstacles import Body
 from escort_mj.scenario.geometry.placement import Placement
 from escort_mj.scenario.mission import Mission
-from escort_mj.scenario.schema.obstacle_tables import Motion
 from escort_mj.scenario.schema.scenario import Scenario
 
 Array = NDArray[np.float64]
@@ -24,26 +22,14 @@ FARTHEST = 1e5  # m from its center that a placement allows
 MOST_OVERLAPS = 20  # reported at once
 
 
-def check_dimensions(mission: Mission) -> Iterator[Finding]:
-    """Every vector has one number per axis, and gravity pulls where there is physics of three axes."""
+def check_gravity(mission: Mission) -> Iterator[Finding]:
+    """Gravity pulls where there is physics of three axes, and wind blows along all of them."""
     scenario = mission.scenario
-    axes, target, robots = scenario.axes, scenario.target or Motion(), scenario.robots
-    vectors: list[tuple[Path, Sequence[Any] | None]] = [
-        (("target", "position"), target.position),
-        *((("target", "waypoints", i, "position"), w.position) for i, w in enumerate(target.waypoints or ())),
-        *((("robots", "positions", i), position) for i, position in enumerate(robots.positions or ())),
-        *((("robots", "velocities", i), velocity) for i, velocity in enumerate(robots.velocities or ())),
-        *((("robots", "overrides", i, "position"), o.position) for i, o in enumerate(robots.overrides)),
-        (("robots", "placement", "center"), robots.placement.center if robots.placement else None),
-        *vectors_of_obstacles(scenario),
-        *_vectors_of_behaviors(scenario),
-        (("uncertainty", "disturbance"), scenario.uncertainty.disturbance),
-    ]
-    for path, vector in vectors:
-        if vector is not None and len(vector) != axes:
-            yield Finding(path, f"found {len(vector)} numbers; expected {axes}, as axes says")
-        elif vector is not None and path[-1] == "normal" and not any(vector):
-            yield Finding(path, f"found {[*vector]}; expected a vector of some length")
+    axes, wind = scenario.axes, scenario.environment.medium.wind
+    if wind is not None and len(wind) != axes:
+        yield Finding(
+            ("environment", "medium", "wind"), f"found {len(wind)} numbers; expected {axes}, as axes says"
+        )
     gravity = scenario.physics.gravity
     if axes > 3 and gravity is not None and any(gravity):
         yield Finding(
@@ -51,16 +37,6 @@ def check_dimensions(mission: Mission) -> Iterator[Finding]:
             f"found {list(gravity)} m/s^2 in {axes} axes; gravity pulls along x, y, z only: give "
             "uncertainty.disturbance instead, one force per axis",
         )
-
-
-def _vectors_of_behaviors(scenario: Scenario) -> Iterator[tuple[Path, Sequence[Any]]]:
-    """Yield the parameters of behaviors that are vectors, and where they stand."""
-    stacks: list[tuple[Path, Sequence[Any]]] = [(("mission",), scenario.mission.behaviors)]
-    stacks += [(("mission", "supervisor", i), p.behaviors) for i, p in enumerate(scenario.mission.supervisor)]
-    for path, behaviors in stacks:
-        for i, behavior in enumerate(behaviors):
-            for name in type(behavior).vectors():
-                yield (*path, "behaviors", i, name), getattr(behavior, name)
 
 
 def check_body(mission: Mission) -> Iterator[Finding]:

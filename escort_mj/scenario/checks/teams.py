@@ -37,13 +37,6 @@ def check_team_targets(mission: Mission) -> Iterator[Finding]:
             path: Path = (*table, "targets", place)
             if target.position is not None and target.waypoints is not None:
                 yield Finding(path, "found both position and waypoints; give one of them")
-            vectors = [((*path, "position"), target.position or ())] if target.position is not None else []
-            for k, waypoint in enumerate(target.waypoints or ()):
-                vectors.append(((*path, "waypoints", k, "position"), waypoint.position))
-            for where, vector in vectors:
-                if len(vector) != scenario.axes:
-                    words = f"found {len(vector)} numbers; expected {scenario.axes}, as axes says"
-                    yield Finding(where, words)
             yield from check_order((*path, "waypoints"), target.waypoints or ())
             yield from check_defined(scenario, (*path, "position"), target.position or ())
             yield from check_drive(scenario, target.body, (*path, "body"))

@@ -46,13 +46,12 @@ from escort_mj.scenario.checks.robots import (
     check_weights,
 )
 from escort_mj.scenario.checks.sensing import (
-    check_biases,
     check_delays,
     check_headings,
     check_lidar,
     check_sight,
 )
-from escort_mj.scenario.checks.space import check_around, check_body, check_clearance, check_dimensions
+from escort_mj.scenario.checks.space import check_around, check_body, check_clearance, check_gravity
 from escort_mj.scenario.checks.teams import (
     check_circles,
     check_escorts,
@@ -62,6 +61,7 @@ from escort_mj.scenario.checks.teams import (
     check_one_team,
     check_team_targets,
 )
+from escort_mj.scenario.checks.vectors import check_vectors
 from escort_mj.scenario.findings import Finding, Path
 from escort_mj.scenario.mission import Mission, mission_of
 from escort_mj.scenario.schema.scenario import Scenario, Target
@@ -112,8 +112,8 @@ Check = Callable[[Mission], Iterator[Finding]]
 
 # Which parts of a scenario each check looks at: a check waits until those are right by themselves.
 SHAPES: tuple[tuple[Check, tuple[str, ...]], ...] = (
-    (check_dimensions, ("axes",)),  # a part that is wrong by itself holds its defaults, which fit any axes
-    (check_biases, ("axes", "sensing")),
+    (check_vectors, ("axes",)),  # a part that is wrong by itself holds its defaults, which fit any axes
+    (check_gravity, ("axes", "physics", "environment")),
     (check_headings, ("robots", "sensing")),
     (check_team, ("axes", "robots")),
     (check_around, ("robots", "mission", "teams")),
