@@ -345,7 +345,17 @@ def table(runs: Iterable[Run]) -> pandas.DataFrame:
 
     Args:
         runs: Runs, for example those of `run_many`.
+
+    Returns:
+        The table; `attrs["units"]` has the unit of each metric.
     """
     import pandas
 
-    return pandas.DataFrame([dict(run.summary()) for run in runs])
+    rows: list[dict[str, Any]] = []
+    units: dict[str, str] = {}
+    for run in runs:
+        rows.append(dict(run.summary()))
+        units |= {name: found["unit"] for name, found in run.metrics.items() if name in run.values}
+    found = pandas.DataFrame(rows)
+    found.attrs["units"] = units
+    return found

@@ -22,7 +22,6 @@ from escort_mj.study.engine.parallel import cores
 if TYPE_CHECKING:
     import pandas
 
-    from escort_mj.record.window import Span
     from escort_mj.study.sweeps.design import Design
 
 ShowProgress = bool | Progress | None
@@ -53,7 +52,7 @@ class StudyResult:
 
     @cached_property
     def table(self) -> pandas.DataFrame:
-        """One row per run, trial, counterexample or claim."""
+        """One row per run (`attrs["units"]` has the units of metrics), trial, counterexample or claim."""
         return self._read()
 
     def to_dataframe(self) -> pandas.DataFrame:
@@ -177,7 +176,7 @@ def sweep(
     if claims:
         lines, written = lines + judged_lines(claims), [*written, *FILES]
     passed = not done.failed and all(claim.holds in ("yes", "undecided") for claim in claims)
-    read = _table_of(folder / TABLE)
+    read = _runs_of(folder)
     return StudyResult(design.study.study, folder, lines, written, passed, done, read)
 
 
@@ -228,6 +227,7 @@ def compare(
     """
     from escort_mj.record.files import make_folder, write_text
     from escort_mj.record.outcome import FINAL
+    from escort_mj.record.window import Span
     from escort_mj.report.comparison import write_comparison
     from escort_mj.scenario import dump_scenario
     from escort_mj.study.compare.compare import comparison_of
@@ -238,7 +238,7 @@ def compare(
     mission = loaded(compare, scenario, overrides, plugins, keys)
     folder = Path(out) if out is not None else Path("renders") / "compare" / mission.name
     file = (folder / "scenario.yaml").absolute()
-    span = span_given(over, after, before)
+    span = None if over is after is before is None else Span(over, after or 0.0, before)
     study = comparison_of(mission, file, _names(laws), _names(outer), seeds, span)
     make_folder(folder)
     write_text(file, dump_scenario(mission))
@@ -250,27 +250,8 @@ def compare(
         lines, written = write_comparison(results, folder)
     lines.insert(0, f"{done.runs} runs: {done.made} new, {done.runs - done.made} from earlier")
     stated = all(row.outcome in FINAL for row in results.rows.values())
-    read = _table_of(folder / TABLE)
+    read = _runs_of(folder)
     return StudyResult(mission.name, folder, lines, [*written, TABLE], stated, done, read)
-
-
-def span_given(over: str | None, after: float | None, before: float | None) -> Span | None:
-    """The part of a run that arguments ask for; None for none.
-
-    Raises:
-        UsageError: If there is no such part.
-    """
-    from escort_mj.errors import UsageError
-    from escort_mj.record.window import OVERS, Span
-
-    if over is None and after is None and before is None:
-        return None
-    for known in OVERS:
-        if over == known:
-            return Span(known, after or 0.0, before)
-    if over is not None:
-        raise UsageError(f"over: found {over!r}; allowed are {' and '.join(OVERS)}")
-    return Span(None, after or 0.0, before)
 
 
 @checked
@@ -455,5 +436,21 @@ def _table_of(path: Path) -> Callable[[], pandas.DataFrame]:
         import pandas
 
         return pandas.read_csv(StringIO(text))
+
+    return read
+
+
+def _runs_of(folder: Path) -> Callable[[], pandas.DataFrame]:
+    """Return a function that reads the runs of a study, one a row, with the units of their metrics."""
+    from escort_mj.study.sweeps.results import open_results
+    from escort_mj.study.sweeps.sweep import TABLE
+
+    parsed = _table_of(folder / TABLE)
+
+    def read() -> pandas.DataFrame:
+        found = parsed()
+        metrics = open_results(folder).metrics
+        found.attrs["units"] = {name: one.unit for name, one in metrics.items() if name in found}
+        return found
 
     return read

@@ -192,3 +192,9 @@ def test_a_wrong_key_of_a_call_is_told_the_nearest(function: Callable[..., objec
 def test_a_wrong_argument_of_a_call_is_told_the_nearest() -> None:
     with pytest.raises(UsageError, match='overwrit is neither an argument .* did you mean "overwrite"'):
         escort_mj.run(TEXT, overwrit=True)
+
+
+def test_a_table_of_runs_has_units(made: Run) -> None:
+    table = escort_mj.table([made])
+    assert set(table.attrs["units"]) == set(made.values)
+    assert table.attrs["units"]["force_rms"] == made.metrics["force_rms"]["unit"] == "N"

@@ -56,6 +56,9 @@ def test_a_sweep_is_a_table_and_goes_on(study: str) -> None:
     assert result.lines == ["small: 4 runs in 2 cells: 2 new, 2 from earlier; 0 failed, 0 of them crashed"]
     assert result.table["robots.mass"].tolist() == [1, 2, 1, 2] and result.table["passed"].all()
     assert result.table["force_rms"].dtype == float
+    assert (
+        result.table.attrs["units"]["force_rms"] == result.to_dataframe().attrs["units"]["force_rms"] == "N"
+    )
     assert result.to_dataframe() is not result.table and repr(result).startswith("<small: 4 rows in ")
     assert "small: 4 runs" in result._repr_html_() and "<table" in result._repr_html_()
     assert Path(result.report()).name == "report.html"
