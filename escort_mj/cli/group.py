@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from importlib.metadata import version
 from typing import Any
 
 import typer
@@ -48,5 +47,7 @@ def _summary(text: str | None) -> str:
 def print_version(wanted: bool) -> None:
     """Print the version and end, if that is wanted."""
     if wanted:
+        from importlib.metadata import version
+
         typer.echo(f"escort-mj {version('escort-mj')}")
         raise typer.Exit
