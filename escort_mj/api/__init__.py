@@ -18,10 +18,9 @@ from escort_mj.mission.batch import fly_many
 from escort_mj.recognize import scenarios_folder, scenarios_in
 from escort_mj.record.folder import RunFolder, read_run
 from escort_mj.scenario import Scenario
-from escort_mj.scenario.arguments import Count, Finite, Source, checked
+from escort_mj.scenario.arguments import Count, Finite, Overrides, Source, checked
 from escort_mj.scenario.findings import did_you_mean
 from escort_mj.scenario.notes import notes
-from escort_mj.scenario.reader.overrides import Overrides
 from escort_mj.scenario.reader.shipped import load_scenario, scenario_path, study_path
 from escort_mj.study.checked import Case
 from escort_mj.study.engine.parallel import cores

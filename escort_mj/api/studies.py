@@ -15,8 +15,7 @@ from escort_mj.api import loaded, scenarios_folder, study_path
 from escort_mj.api.shown import ShownPage
 from escort_mj.progress import Progress, shown_progress
 from escort_mj.scenario import Scenario
-from escort_mj.scenario.arguments import Count, NotNegative, Source, StudySource, checked
-from escort_mj.scenario.reader.overrides import Overrides
+from escort_mj.scenario.arguments import Count, NotNegative, Overrides, Source, StudySource, checked
 from escort_mj.study.engine.parallel import cores
 
 if TYPE_CHECKING:

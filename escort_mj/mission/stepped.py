@@ -14,9 +14,8 @@ from escort_mj.errors import UsageError
 from escort_mj.mission import BLOCK, completed, take
 from escort_mj.mission.session import Commanded, Session
 from escort_mj.record.outcome import Outcome
-from escort_mj.scenario.arguments import argument_error, checked, numbers
+from escort_mj.scenario.arguments import Overrides, argument_error, checked, numbers
 from escort_mj.scenario.findings import did_you_mean
-from escort_mj.scenario.reader.overrides import Overrides
 from escort_mj.scenario.schema.scenario import Scenario
 from escort_mj.signals import SIGNALS
 from escort_mj.world.callback import native_loop

@@ -83,6 +83,11 @@ StudySource = Annotated[
     str | os.PathLike[str] | Mapping[str, Any], Words("a file, the name of a shipped study, or a mapping")
 ]
 """What `sweep` accepts."""
+Overrides = Annotated[
+    str | Sequence[str | Mapping[str, Any]] | Mapping[str, Any],
+    Words("values by key path, or texts key.path=value"),
+]
+"""Values to set in a scenario."""
 
 
 @dataclass(frozen=True)

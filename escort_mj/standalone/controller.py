@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from escort_mj.errors import EscortError, UsageError
 from escort_mj.scenario.arguments import (
+    Overrides,
     Positive,
     Source,
     checked,
@@ -23,7 +24,6 @@ from escort_mj.scenario.arguments import (
 )
 from escort_mj.scenario.findings import shown
 from escort_mj.scenario.mission import mission_of
-from escort_mj.scenario.reader.overrides import Overrides
 from escort_mj.scenario.reader.shipped import load_scenario
 from escort_mj.scenario.schema.scenario import Scenario
 from escort_mj.sensing.sensors import Sensors

@@ -10,6 +10,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from escort_mj.errors import Fault, ScenarioError, UsageError
+from escort_mj.scenario.arguments import Overrides
 from escort_mj.scenario.checks import whole as checks
 from escort_mj.scenario.findings import Finding, did_you_mean, key_path, shortened, shown
 from escort_mj.scenario.reader import explain
@@ -21,7 +22,7 @@ from escort_mj.scenario.reader.files.roots import take_root
 from escort_mj.scenario.reader.files.waypoints import read_tables
 from escort_mj.scenario.reader.gains import with_gains, without_gains
 from escort_mj.scenario.reader.late import judged_again, late, left_out
-from escort_mj.scenario.reader.overrides import Overrides, apply
+from escort_mj.scenario.reader.overrides import apply
 from escort_mj.scenario.reader.plain import document_of
 from escort_mj.scenario.reader.plugins import load_plugin, source_of
 from escort_mj.scenario.schema.scenario import Scenario

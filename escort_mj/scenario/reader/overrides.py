@@ -2,23 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from pathlib import Path as FilePath
-from typing import Annotated, Any
+from typing import Any
 
 from escort_mj.errors import Fault, ScenarioError
-from escort_mj.scenario.arguments import Words, argument_error, kind_of
+from escort_mj.scenario.arguments import Overrides, argument_error, kind_of
 from escort_mj.scenario.findings import Path, key_path, parse_key_path, shortened
 from escort_mj.scenario.reader.document import MAX_DEPTH, Document, Place, read_document
 from escort_mj.scenario.reader.files.paths import locate, models, tag_of
 from escort_mj.scenario.reader.plain import document_of
 from escort_mj.scenario.reader.plugins import placed_in
-
-Overrides = Annotated[
-    str | Sequence[str | Mapping[str, Any]] | Mapping[str, Any],
-    Words("values by key path, or texts key.path=value"),
-]
-
 
 _OVERRIDES = kind_of(Overrides)
 

@@ -10,10 +10,9 @@ from typing import Any
 
 from escort_mj.errors import UsageError
 from escort_mj.recognize import SUFFIXES, is_scenario_name, scenario_names, scenarios_folder, study_names
-from escort_mj.scenario.arguments import Source, checked
+from escort_mj.scenario.arguments import Overrides, Source, checked
 from escort_mj.scenario.findings import shortened
 from escort_mj.scenario.reader.load import load_file, scenario_of
-from escort_mj.scenario.reader.overrides import Overrides
 from escort_mj.scenario.schema.scenario import Scenario
 
 

@@ -3,7 +3,7 @@
 Cross-checks that need more than one key stand in `checks.py`; reading files in `load.py`.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 from pydantic import BaseModel, Field, NonNegativeFloat, PositiveFloat
@@ -13,6 +13,7 @@ from escort_mj.components.parameters import TEXT, Parameters, Radius, Vector
 from escort_mj.control.outer_loops import SetBased
 from escort_mj.control.trigger import Trigger
 from escort_mj.laws import ApdSmc
+from escort_mj.scenario.arguments import Overrides
 from escort_mj.scenario.schema.environment import Environment
 from escort_mj.scenario.schema.expectations import AnyExpectation
 from escort_mj.scenario.schema.fields import (
@@ -276,7 +277,7 @@ class Scenario(Parameters, metaclass=_Checked):
             return str(self.laws[0].law)
         return ", ".join(f"{law.law} ({team.name})" for law, team in zip(self.laws, self.teams, strict=True))
 
-    def replace(self, changes: Mapping[str, Any] | Sequence[str] = (), /, **more: Any) -> "Self":
+    def replace(self, changes: Overrides = (), /, **more: Any) -> "Self":
         """Return a validated copy with some values replaced.
 
         `scenario.replace({"robots.mass": 2})`, `scenario.replace(duration=20, seed=3)`.
