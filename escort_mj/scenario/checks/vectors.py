@@ -15,7 +15,7 @@ from escort_mj.scenario.findings import Finding, Path
 from escort_mj.scenario.mission import Mission
 from escort_mj.scenario.schema.fields import Component
 
-PER_AXIS = (Vector, tuple[Component, ...])
+PER_AXIS = (Vector, tuple[Component, ...], tuple[float | str, ...])
 """Types that have a number, or an expression, for each axis; with a length of their own they do not."""
 
 

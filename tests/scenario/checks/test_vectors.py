@@ -39,6 +39,10 @@ WRONG: list[tuple[dict[str, Any], str]] = [
         {"mission.behaviors": [{"behavior": "formation", "offsets": [[1, 1]] * 4 + [[1]]}]},
         "offsets[4]: found 1",
     ),
+    (
+        {"mission.behaviors": [{"behavior": "formation", "offsets": [[1, 1]] * 5, "position": ["t"]}]},
+        "mission.behaviors[0].position: found 1",
+    ),
 ]
 
 
