@@ -17,18 +17,20 @@ from escort_mj.recognize import scenario_names, scenarios_folder, study_names
 if TYPE_CHECKING:
     from escort_mj.study.checked import Case
 
-TAGS = {
-    "laws": "law",
-    "behaviors": "behavior",
-    "outer-loops": "loop",
-    "estimators": "estimator",
-    "radios": "radio",
-    "sensors": "sensor",
-    "policies": "policy",
-    "disturbances": "disturbance",
-    "robots": "kind",
+COMPONENTS = {
+    "laws": ("laws", "law"),
+    "behaviors": ("behaviors", "behavior"),
+    "outer-loops": ("outer_loops", "loop"),
+    "estimators": ("estimators", "estimator"),
+    "radios": ("radios", "radio"),
+    "sensors": ("sensors", "sensor"),
+    "policies": ("policies", "policy"),
+    "disturbances": ("disturbances", "disturbance"),
+    "robots": ("kinds", "kind"),
+    "failures": ("failures", "kind"),
+    "rules": ("rules", "quantity"),
 }
-"""By what a scenario asks for components: the key of their name in their tables."""
+"""Of components that a scenario asks for by a name: where the catalog has them, and the key of the name."""
 
 Read = tuple[str, list[str]]
 """What a file holds, in words, and what to know of it."""
@@ -123,32 +125,31 @@ def _described(names: Callable[[Path], list[str]]) -> Callable[[Sequence[str]], 
     return entries
 
 
-def _components(tag: str) -> Callable[[Sequence[str]], Iterator[Listed]]:
-    """List tables of the schema that a scenario asks for by a name."""
+def _components(members: str, key: str) -> Callable[[Sequence[str]], Iterator[Listed]]:
+    """List the components that the catalog has under a name, sorted by the names that scenarios give them."""
 
     def entries(plugins: Sequence[str]) -> Iterator[Listed]:
-        from escort_mj.scenario import json_schema
-        from escort_mj.scenario.reader.catalog import scenario_type_with
+        from escort_mj.scenario.reader.catalog import catalog_of, scenario_type_with
 
-        for table in json_schema(scenario_type_with(plugins))["$defs"].values():
-            name = table.get("properties", {}).get(tag, {}).get("const")
-            if name is not None:
-                yield Listed(name, "", _first(table.get("description", "")))
+        models = getattr(catalog_of(scenario_type_with(plugins)), members)
+        found = {str(model.model_fields[key].default): model for model in models}
+        for name, model in sorted(found.items()):
+            yield Listed(name, "", _first(model.__doc__ or ""))
 
     return entries
 
 
 def _metrics(plugins: Sequence[str]) -> Iterator[Listed]:
-    from escort_mj.metrics import METRICS
+    from escort_mj.scenario.reader.catalog import catalog_of, scenario_type_with
 
-    for metric in METRICS:
+    for metric in catalog_of(scenario_type_with(plugins)).metrics:
         yield Listed(metric.name, metric.unit, metric.meaning, metric.span.words, metric.read)
 
 
 def _expectations(plugins: Sequence[str]) -> Iterator[Listed]:
-    from escort_mj.expectations import EXPECTATIONS
+    from escort_mj.scenario.reader.catalog import catalog_of, scenario_type_with
 
-    for kind in EXPECTATIONS:
+    for kind in catalog_of(scenario_type_with(plugins)).demands:
         yield Listed(str(kind.kind), "", _first(kind.__doc__ or ""))
 
 
@@ -185,7 +186,7 @@ def _first(text: str) -> str:
 LISTS: dict[str, Callable[[Sequence[str]], Iterator[Listed]]] = {
     "scenarios": _described(scenario_names),
     "studies": _described(study_names),
-    **{kind: _components(tag) for kind, tag in TAGS.items()},
+    **{kind: _components(*told) for kind, told in COMPONENTS.items()},
     "metrics": _metrics,
     "expectations": _expectations,
     "signals": _signals,

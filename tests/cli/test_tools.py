@@ -1,5 +1,7 @@
 import json
+from dataclasses import fields
 
+from escort_mj.scenario.reader.catalog import BUILT_IN
 from tests.test_cli import call
 
 
@@ -14,3 +16,18 @@ def test_gains_are_proposed(monkeypatch, capfd):
     assert code == 0 and (told["law"], told["teams"]["south"]["law"]) == ("apd_smc", "pd")
     code, _, err = call(monkeypatch, capfd, "gains", "main", "--set", "controller=terminal_smc")
     assert code == 2 and "no rule for law terminal_smc" in err
+
+
+def test_each_component_is_listed_once_under_its_kind(monkeypatch, capfd, tmp_path):
+    (tmp_path / "far.py").write_text(
+        "from escort_mj.plugins import metric\n"
+        '@metric(unit="m")\ndef far(trace):\n    """Return how far."""\n    return 1.0\n'
+    )
+    code, out, _ = call(monkeypatch, capfd, "list", "--json", "--plugin", str(tmp_path / "far.py"))
+    told = {kind: [entry["name"] for entry in entries] for kind, entries in json.loads(out)["found"].items()}
+    assert code == 0 and told["failures"] == ["dead", "mad", "stuck"] and "robots_lost" in told["rules"]
+    assert "far" in told["metrics"] and not {*told["failures"]} & {*told["robots"]}
+    kinds = {"kinds": "robots", "outer_loops": "outer-loops", "demands": "expectations"}
+    for name in {field.name for field in fields(BUILT_IN)} - {"plugins"}:
+        brought = name == "metrics"
+        assert len({*told[kinds.get(name, name)]}) == len(getattr(BUILT_IN, name)) + brought, name

@@ -15,6 +15,7 @@ from pydantic import BaseModel, Field, create_model
 from escort_mj.behaviors import BEHAVIORS
 from escort_mj.behaviors.behavior import Behavior
 from escort_mj.behaviors.task import MAX_LEVELS
+from escort_mj.control.outer_loops import OUTER_LOOPS
 from escort_mj.disturbances import DISTURBANCES, Disturbance
 from escort_mj.errors import PluginError
 from escort_mj.estimators import ESTIMATORS, Estimator
@@ -71,6 +72,7 @@ class Catalog:
         kinds: Of robots.
         demands: Kinds of expectations.
         metrics: What sums up a run.
+        outer_loops: What composes behaviors; plugins bring none.
     """
 
     plugins: tuple[Plugin, ...] = ()
@@ -86,6 +88,7 @@ class Catalog:
     kinds: Members = KINDS
     demands: Members = EXPECTATIONS
     metrics: tuple[Metric, ...] = METRICS
+    outer_loops: Members = OUTER_LOOPS
 
 
 BUILT_IN = Catalog()
