@@ -22,7 +22,7 @@ from escort_mj.scenario.arguments import Count, Finite, Overrides, Source, check
 from escort_mj.scenario.findings import did_you_mean
 from escort_mj.scenario.notes import notes
 from escort_mj.scenario.reader.shipped import load_scenario, scenario_path, study_path
-from escort_mj.study.checked import Case
+from escort_mj.study.checked import Case, with_seeds
 from escort_mj.study.engine.parallel import cores
 
 if TYPE_CHECKING:
@@ -42,14 +42,25 @@ __all__ = [
 
 
 @checked
-def cases(paths: Sequence[str | os.PathLike[str]]) -> list[Case]:
-    """The scenarios to check: files, those in folders and the folders in them, and shipped ones by name.
+def cases(
+    paths: Sequence[str | os.PathLike[str]],
+    overrides: Sequence[str] = (),
+    plugins: Sequence[str] = (),
+    seeds: Count = 1,
+    repeat: Count = 1,
+) -> list[Case]:
+    """Return the scenarios to check.
 
     Args:
-        paths: What to look for; one that is not there becomes a case that says so.
+        paths: Scenario files, folders, or names of shipped scenarios. One that is not there becomes a case
+            that says so.
+        overrides: Texts `key.path=value`, to set there.
+        plugins: Additional plugins: Python files or names of installed plugins.
+        seeds: Number of seeds per scenario, starting at the scenario's seed.
+        repeat: Number of runs per seed; a run that is not identical to the first one fails.
 
     Returns:
-        Each scenario once, with a label that no other has.
+        Each scenario once per seed, with a label that no other has.
     """
     found: dict[Path, Case] = {}
     labels: set[str] = set()
@@ -67,8 +78,10 @@ def cases(paths: Sequence[str | os.PathLike[str]]) -> list[Case]:
                 label, number = f"{_label(path)}-{number}", number + 1
             if path.resolve() not in found:
                 labels.add(label)
-                found[path.resolve()] = Case(path, label, fault)
-    return list(found.values())
+                found[path.resolve()] = Case(
+                    path, label, fault, tuple(overrides), tuple(plugins), repeat=repeat
+                )
+    return with_seeds(list(found.values()), seeds)
 
 
 def _label(path: Path) -> str:

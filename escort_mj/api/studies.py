@@ -243,7 +243,7 @@ def compare(
     write_text(file, dump_scenario(mission))
     design, _, count = _lay_out(study, folder, workers)
     with backends.local(count) as where, shown_progress("comparing", " runs", progress) as update:
-        done = sweep_design(design, folder, where, count, True, update, again, stated=True)
+        done = sweep_design(design, folder, where, count, True, update, "all" if again else "broken_off")
     results = open_results(folder)
     with stopping.keeping(lambda: kept_words(folder)):
         lines, written = write_comparison(results, folder)
@@ -285,7 +285,7 @@ def reproduce(
     from escort_mj.study.engine import backends
     from escort_mj.study.sweeps.judged import FILES, JSON, judge_cells, judged_lines
     from escort_mj.study.sweeps.results import open_results
-    from escort_mj.study.sweeps.sweep import TABLE, sweep_design, sweep_line
+    from escort_mj.study.sweeps.sweep import TABLE, Again, sweep_design, sweep_line
 
     folder = Path(out) if out is not None else Path("renders") / "reproduction"
     design, _, count = _lay_out("studies/paper", folder, workers)
@@ -300,7 +300,8 @@ def reproduce(
         None if not names else {index for name in names for index in design.cells_where(known[name].where)}
     )
     with backends.local(count) as where, shown_progress("reproducing", " runs", progress) as update:
-        done = sweep_design(design, folder, where, count, True, update, again, cells, stated=True)
+        repeated: Again = "all" if again else "broken_off"
+        done = sweep_design(design, folder, where, count, True, update, repeated, cells)
     results = open_results(folder)
     with stopping.keeping(lambda: kept_words(folder)):
         write_study_page(folder, formats=("png",))

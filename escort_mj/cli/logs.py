@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from contextlib import nullcontext
 from pathlib import Path
+from typing import Any
 
 from escort_mj.cli.app import (
     GOOD,
@@ -13,7 +14,7 @@ from escort_mj.cli.app import (
     drawing_figures,
     progress_bar,
 )
-from escort_mj.cli.options import Either, Overrides, ScenarioName, Texts
+from escort_mj.cli.options import Either, ScenarioName, Texts
 from escort_mj.cli.runs import draw, exit_code, judged, run_folder_of, wrote
 from escort_mj.errors import UsageError
 
@@ -23,15 +24,11 @@ def judge_command(
     log: Path,
     scenario: ScenarioName,
     names: Texts = (),
-    start: float | None = None,
-    overrides: Overrides = (),
-    plugins: Texts = (),
     out: Path | None = None,
-    overwrite: bool = False,
     video: Either = False,
-    figures: Either = True,
     report: Either = False,
     strict: Either = False,
+    **given: Any,
 ) -> Answer:
     """Judge a log of real robots against a scenario, and write the result as a run folder.
 
@@ -46,11 +43,8 @@ def judge_command(
         log: Log of real robots: FILE.csv, FILE.parquet, FILE.mcap, or a ROS bag.
         scenario: Scenario file, or name of a shipped scenario, against which the log is judged.
         names: Name of a body in the log, such as robot_1=/uav3/odom or robot_1=uav3; repeatable.
-        start: Time stamp at which the mission starts [s]; None for the first with data on all bodies.
         out: Run folder; None for renders/LOG.
-        overwrite: Replace an earlier run in the folder.
         video: Whether to render the video.
-        figures: Whether to draw the figures.
         report: Whether to write report.html with a replay.
         strict: Fail unless every expectation is judged.
     """
@@ -60,12 +54,12 @@ def judge_command(
     from escort_mj.mission import save
     from escort_mj.record.recording import gaps_of
 
-    mission = api.load_scenario(scenario, overrides, plugins)
+    mission = api.load_scenario(scenario, given["overrides"], given["plugins"])
     with progress_bar("judging", " s") as progress:
-        result = judge_log(log, mission, _names(names), start, progress)
-    with run_folder_of(Path("renders") / log.stem, out, overwrite) as folder:
+        result = judge_log(log, mission, _names(names), given["start"], progress)
+    with run_folder_of(Path("renders") / log.stem, out, given["overwrite"]) as folder:
         save(folder, result)
-    with drawing_figures() if figures else nullcontext() as draw_figures:
+    with drawing_figures() if given["figures"] else nullcontext() as draw_figures:
         written = draw(folder.path, draw_figures, video, report)
     known = [verdict for verdict in result.verdicts if not verdict.skip]
     missing = len(result.verdicts) - len(known)

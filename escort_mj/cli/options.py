@@ -59,6 +59,7 @@ KINDS: dict[str, tuple[Any, dict[str, Any]]] = {
     "str | float": (str, {}),
     "Either": (bool, {}),
     "Count": (int, {"min": 1}),
+    "Finite": (float, {}),
     "NotNegative": (float, {"min": 0.0}),
     "Robots": (int, {"min": 2, "max": 1000}),
     "Axes": (int, {"min": 2, "max": 3}),

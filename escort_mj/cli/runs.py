@@ -24,7 +24,7 @@ from escort_mj.cli.app import (
     say,
     shown_path,
 )
-from escort_mj.cli.options import Count, Either, Overrides, RunFolder, ScenarioName, Texts
+from escort_mj.cli.options import Count, Either, RunFolder, ScenarioName, Texts
 from escort_mj.cli.streams import OUTPUT, tell
 from escort_mj.errors import UsageError
 
@@ -37,14 +37,12 @@ if TYPE_CHECKING:
 @command("run", like="api.run")
 def run_command(
     scenario: ScenarioName,
-    overrides: Overrides = (),
-    plugins: Texts = (),
     out: Path | None = None,
     overwrite: bool = False,
     video: Either = True,
     figures: Either = True,
     report: Either = False,
-    interpreted: bool = False,
+    **given: Any,
 ) -> Answer:
     """Run one scenario and write its run folder.
 
@@ -61,13 +59,11 @@ def run_command(
         video: Whether to render the video.
         figures: Whether to draw the figures.
         report: Whether to write report.html with a replay.
-        interpreted: Run the controller as plain Python, where a debugger can stop. It takes about a thousand
-            times as long and agrees with the machine code to rounding.
     """
     from escort_mj import api
     from escort_mj.scenario.notes import notes
 
-    mission = api.load_scenario(scenario, overrides, plugins)
+    mission = api.load_scenario(scenario, given["overrides"], given["plugins"])
     usual = Path("renders") / mission.name
     created = run_folder_of(usual, out, overwrite)
     path = created.path
@@ -81,7 +77,7 @@ def run_command(
             created as folder,
             progress_bar("simulating", " s") as progress,
         ):
-            result = api.fly(mission, folder, progress, interpret=interpreted)
+            result = api.fly(mission, folder, progress, interpret=given["interpreted"])
         for line in _lines(result):
             tell(line)
         with stopping.keeping(lambda: f"the run is complete; escort-mj render {shown_path(path)} draws it"):
@@ -90,19 +86,16 @@ def run_command(
     return Answer([wrote(path, written)], told, exit_code(result))
 
 
-@command("check")
+@command("check", like="api.cases")
 def check_command(
     paths: Texts,
-    overrides: Overrides = (),
-    plugins: Texts = (),
-    seeds: Count = 1,
-    repeat: Count = 1,
     out: Path = Path("renders/check"),
     workers: Count | None = None,
     junit: Path | None = None,
     github: bool = False,
     keep: bool = False,
     video: Either = True,
+    **given: Any,
 ) -> Answer:
     """Run scenarios in parallel and evaluate their verdicts.
 
@@ -117,8 +110,6 @@ def check_command(
 
     Args:
         paths: Scenario files, folders, or names of shipped scenarios.
-        seeds: Number of seeds per scenario, starting at the scenario's seed.
-        repeat: Number of runs per seed; a run that is not identical to the first one fails.
         out: Folder for the run folders of failed runs.
         workers: Number of processes; None for one per core.
         junit: Also write JUnit XML to this file.
@@ -134,17 +125,12 @@ def check_command(
     from escort_mj.report.pages import checked
     from escort_mj.report.video.video import render_clip
     from escort_mj.study.check import check_scenarios
-    from escort_mj.study.checked import with_seeds
 
     if junit is not None and not junit.parent.is_dir():
         raise UsageError(f"{junit}: there is no folder {junit.parent}")
     with progress_bar("checking", " runs") as progress:
-        cases = [
-            case._replace(overrides=overrides, plugins=plugins, repeat=repeat) for case in api.cases(paths)
-        ]
-        results = check_scenarios(
-            with_seeds(cases, seeds), out, workers, keep, render_clip if video else None, progress
-        )
+        cases = api.cases(paths, **given)
+        results = check_scenarios(cases, out, workers, keep, render_clip if video else None, progress)
     if junit is not None:
         write_text(junit, checked.junit(results))
     for line in checked.github(results) if github else ():

@@ -237,6 +237,12 @@ def checked(function: Callable[P, T]) -> Callable[P, T]:
     return call
 
 
+def checked_fields(record: type[T]) -> type[T]:
+    """Let a data class refuse fields that their annotations do not allow, see `checked`."""
+    setattr(record, "__init__", checked(record.__init__))  # noqa: B010  # mypy lets nobody assign it
+    return record
+
+
 def kind_of(annotation: Any, scope: dict[str, Any] | None = None) -> Kind:
     """Return what an annotation allows.
 

@@ -3,13 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, Literal, NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from escort_mj.errors import UsageError
-from escort_mj.scenario.arguments import Bound, Positive, argument_error, checked, number, numbers
+from escort_mj.scenario.arguments import (
+    Bound,
+    NotNegative,
+    Positive,
+    argument_error,
+    checked_fields,
+    number,
+    numbers,
+)
 
 Array = NDArray[np.float64]
 Action = Literal["error", "stop", "drop"]
@@ -141,6 +149,7 @@ class _Polygon(Area):
         return f"Area.polygon({self.corners.tolist()}{heights})"
 
 
+@checked_fields
 @dataclass(frozen=True, kw_only=True, repr=False)
 class Limits:
     """What measurements, calls and robots must stay within; None for no limit.
@@ -172,23 +181,22 @@ class Limits:
             which its command then grows to that of the law [s].
     """
 
-    age: float | None = 0.1
-    speed: float | None = None
-    jump: float | None = None
+    age: Positive | None = 0.1
+    speed: Positive | None = None
+    jump: Positive | None = None
     area: Area | None = None
-    frozen: float | None = 0.5
-    silence: float | None = 0.1
+    frozen: Positive | None = 0.5
+    silence: Positive | None = 0.1
     on_age: Action = "drop"
     on_speed: Action = "stop"
     on_jump: Action = "stop"
     on_area: Action = "stop"
     on_frozen: Action = "drop"
     on_silence: TeamAction = "stop"
-    braking_time: float = 0.2
-    rejoin: float = 0.5
+    braking_time: Positive = 0.2
+    rejoin: NotNegative = 0.5
 
     def __post_init__(self) -> None:
-        _check_limits(**vars(self))
         if self.jump is not None and self.speed is None:
             raise UsageError(
                 "jump: found a limit without speed; expected both: robots move between measurements"
@@ -211,16 +219,6 @@ class Limits:
         usual = type(self).__dataclass_fields__
         changed = {name: value for name, value in vars(self).items() if value != usual[name].default}
         return f"Limits({', '.join(f'{name}={value!r}' for name, value in changed.items())})"
-
-
-@checked
-def _check_limits(
-    age: Positive | None, speed: Positive | None, jump: Positive | None, area: Area | None,
-    frozen: Positive | None, silence: Positive | None, on_age: Action, on_speed: Action, on_jump: Action,
-    on_area: Action, on_frozen: Action, on_silence: TeamAction, braking_time: Positive,
-    rejoin: Annotated[float, Bound(0.0)],
-) -> None:  # fmt: skip
-    """Refuse limits of a wrong kind."""
 
 
 class Event(NamedTuple):

@@ -11,7 +11,7 @@ from escort_mj.expect.verdicts import Verdict, mark
 from escort_mj.report.video.marks import AHEAD, LAYERS
 from escort_mj.report.video.replay import Flags, Moment, Replay
 from escort_mj.view.stage import GLOW
-from escort_mj.view.tape import failures
+from escort_mj.view.tape import Tape, failures
 
 if TYPE_CHECKING:
     import viser
@@ -36,48 +36,43 @@ class ControlPanel:
     def __init__(
         self,
         server: viser.ViserServer,
-        title: str,
-        end: float,
-        count: int,
+        tape: Tape,
+        replay: Replay,
         behaviors: list[str],
         speed: float,
         follow: bool,
         shown: dict[str, bool],
-        movable: bool = False,
-        escorts: bool = True,
     ) -> None:
         """Add the controls.
 
         Args:
             server: Viser's.
-            title: What the run is called.
-            end: Last time [s].
-            count: Number of robots.
+            tape: What is shown.
+            replay: The mission's robots and target.
             behaviors: Names of those that can rule a robot.
             speed: Simulated seconds per second at first.
             follow: Whether the camera goes with the target at first.
             shown: Which layers are seen; the controls change it.
-            movable: Whether there is something to drag.
-            escorts: Whether there is a target.
         """
         gui = server.gui
         gui.configure_theme(show_logo=False, show_share_button=False, control_width="medium")
-        gui.set_panel_label(title)
+        gui.set_panel_label(tape.title)
         self.playing, self.changed, self._sought = True, True, None
         self._touched = self._said = 0.0
-        self.time = gui.add_slider("time [s]", 0.0, end, max(end / 5000, 1e-4), 0.0)
+        self.time = gui.add_slider("time [s]", 0.0, tape.end, max(tape.end / 5000, 1e-4), 0.0)
         self.play = gui.add_button("Pause")
         speeds = tuple(sorted({*SPEEDS, f"{speed:g}"}, key=float))
         self.pace = gui.add_dropdown("speed [× real time]", speeds, initial_value=f"{speed:g}")
+        robots = [f"robot {k + 1}" for k in range(min(replay.count, palette.MOST_LINES))]
         self.camera = gui.add_dropdown(
             "camera follows",
-            (FREE, *[TARGET] * escorts, *(f"robot {k + 1}" for k in range(min(count, palette.MOST_LINES)))),
-            initial_value=TARGET if follow and escorts else FREE,
+            (FREE, *[TARGET] * replay.escorts, *robots),
+            initial_value=TARGET if follow and replay.escorts else FREE,
         )
         self.status = gui.add_markdown("")
         with gui.add_folder("Show"):
             self.layers = {layer: gui.add_checkbox(name, shown[layer]) for layer, name in LAYERS.items()}
-            if movable:
+            if tape.movable:
                 shown[GRIPS] = False
                 self.layers[GRIPS] = gui.add_checkbox("handles to drag target, obstacles", False)
             gui.add_html(_legend(behaviors))

@@ -78,15 +78,12 @@ class Viewer:
         self._obstacles = [str(name) for name in part["obstacle"].values]
         self.panel = ControlPanel(
             self._server,
-            tape.title,
-            tape.end,
-            replay.count,
+            tape,
+            replay,
             [str(name) for name in part["behavior"].values],
             speed,
             out_of_sight,
             self._stage.shown,
-            bool(tape.movable),
-            replay.escorts,
         )
         self._followed: tuple[int, Array] | None = None
         self._judged = False

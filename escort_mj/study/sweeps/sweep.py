@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable, Collection, Iterator, Sequence
 from contextlib import closing
 from pathlib import Path
-from typing import NamedTuple, TypeVar
+from typing import Literal, NamedTuple, TypeVar
 
 from escort_mj import stopping
 from escort_mj.errors import UsageError
@@ -29,6 +29,7 @@ CLAIMED_AT_ONCE = 16  # runs
 BEAT = 30.0  # s between two signs of life
 POLL = 0.5  # s between two looks at what others do
 Progress = Callable[[float, float], None]
+Again = Literal["none", "broken_off", "all"]
 
 
 Keyed = TypeVar("Keyed", Job, Planned)
@@ -59,9 +60,8 @@ def sweep_design(
     workers: int,
     confirmed: bool = False,
     progress: Progress | None = None,
-    again: bool = False,
+    again: Again = "none",
     only: Collection[int] | None = None,
-    stated: bool = False,
 ) -> Swept:
     """Make the runs that are missing.
 
@@ -72,9 +72,9 @@ def sweep_design(
         workers: How many runs go on at once, to judge the time.
         confirmed: Whether a large study may begin.
         progress: Called with the runs that are done and all.
-        again: Whether to make runs again that have been made.
+        again: Which runs that have been made to make again: those that an accident ended, such as a killed
+            worker, are `broken_off`.
         only: Numbers of the cells whose runs are made; None for all.
-        stated: Whether to make runs again that an accident ended, such as a killed worker.
 
     Raises:
         UsageError: If the study is larger than its own `at_most` and not confirmed.
@@ -92,9 +92,9 @@ def sweep_design(
     with Store(out) as store, stopping.keeping(kept):
         write_text(out / "study.yaml", design.file.text)
         write_design(design, out)
-        if again:
+        if again == "all":
             store.forget(run.key for run in planned)
-        elif stated:
+        elif again == "broken_off":
             before = store.get(run.key for run in planned)
             store.forget(key for key, row in before.items() if row.outcome not in FINAL)
         missing = _missing(planned, store)

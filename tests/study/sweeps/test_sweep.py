@@ -272,4 +272,4 @@ def test_what_an_accident_ended_is_made_again_where_that_is_wanted(tmp_path: Pat
     with sqlite3.connect(out / FILE) as connection:
         connection.execute("UPDATE runs SET outcome = 'killed', passed = 0 WHERE seed = 1")
     assert sweep_design(laid_out, out, here, 1, True)[:3] == (12, 0, 4)
-    assert sweep_design(laid_out, out, here, 1, True, stated=True)[:3] == (12, 4, 0)
+    assert sweep_design(laid_out, out, here, 1, True, again="broken_off")[:3] == (12, 4, 0)
