@@ -35,26 +35,6 @@ def test_goals_as_given_mirrored_and_drawn() -> None:
     assert (gaps >= 0.7).all()
 
 
-@pytest.mark.parametrize(
-    ("goals", "message"),
-    [
-        ([[1.0, 1.0]], "goals: found 1 entries; expected 3"),
-        ([[1.0, 1.0], [5.0, 5.0], [3.0, 3.0, 3.0]], r"goals\[2\]: found 3 numbers; expected 2"),
-        ([[1.0, 1.0], [5.0, 5.0], [1.3, 1.0]], "robots 1 and 3 whose bodies overlap by 0.1 m"),
-        ([[1.0, 1.0], [5.0, 5.0], 3], r"goals\[2\]: found 3; expected a point or a list of waypoints"),
-        ([[1.0, 1.0], [5.0, 5.0], [[1, 3], [2, "x"]]], r'goals\[2\]\[1\]\[1\]: found "x"; expected a number'),
-        ("opposit", 'did you mean "opposite"'),
-        (3, "expected one goal for each robot, opposite, or a table with within"),
-        ({"within": 0.5}, "found no free place for goal 2 of 3 within 0.5 m"),
-        ({"within": 3.0, "center": [1.0]}, r"goals.center: found 1 numbers; expected 2"),
-        ([[8.0, 8.0], [5.0, 5.0], [3.0, 3.0]], "the goal of robot 1, where it overlaps obstacle_1 by 0.2 m"),
-    ],
-)
-def test_wrong_goals(goals: object, message: str) -> None:
-    with pytest.raises(ScenarioError, match=message):
-        scenario_of(keys(goals, obstacles=[{"position": [8.0, 8.3], "radius": 0.3}]))
-
-
 def test_what_needs_a_target_is_refused_without_one() -> None:
     phase = {"behaviors": ["orbit"], "when": {"quantity": "target_distance", "below": 1.0}}
     mission = {"behaviors": ["avoid_obstacles", "vertices"], "supervisor": [phase]}
@@ -66,10 +46,3 @@ def test_what_needs_a_target_is_refused_without_one() -> None:
     assert "supervisor[0].behaviors[0]: found orbit" in words
     assert "when.quantity: found target_distance; this mission has no target" in words
     assert "found target; this scenario has none" in words
-
-
-def test_waypoints_of_different_lengths_are_named_one_by_one() -> None:
-    with pytest.raises(ScenarioError) as caught:
-        scenario_of(keys([[1.0, 5.0], [[2.0, 6.0], [-3.0]], [5.0, 5.0]]))
-    (fault,) = caught.value.faults
-    assert fault.key == "mission.behaviors[0].goals[1][1]" and "expected 2" in fault.message

@@ -1,0 +1,35 @@
+"""Wrong inputs in files beside the tests: each with words of the one error that it must raise.
+
+A file is a list of tables, after a text with which each input begins where there is one. In the words of an
+error, `...` stands for any others.
+"""
+
+import re
+from pathlib import Path
+from typing import Any
+
+import pytest
+from ruamel.yaml import YAML
+
+
+def read(path: Path) -> Any:
+    """Return what a file holds; the last document, where a text stands before it."""
+    return list(YAML(typ="safe").load_all(path))[-1]
+
+
+def wrong(folder: Path) -> list[Any]:
+    """Return the wrong inputs of all files of a folder, as parameters of a test."""
+    found = []
+    for path in sorted(folder.glob("*.yaml")):
+        *heads, cases = YAML(typ="safe").load_all(path)
+        for number, case in enumerate(cases):
+            text = "".join([*heads, case.get("text", "")])
+            name = f"{path.stem}-{case.get('what', number)}"
+            found.append(pytest.param({**case, "text": text}, id=name))
+    return found
+
+
+def assert_said(found: object, wanted: str) -> None:
+    """An error begins with the first words, and has the others in this order."""
+    pattern = ".*".join(re.escape(words) for words in re.split(r" ?\.\.\. ?", wanted))
+    assert re.match(pattern, str(found), re.DOTALL), f"{found}\nlacks: {wanted}"
