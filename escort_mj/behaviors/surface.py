@@ -5,8 +5,6 @@ from __future__ import annotations
 import math
 from typing import Annotated, Any, ClassVar, Literal
 
-import numpy as np
-from numpy.typing import NDArray
 from pydantic import PositiveFloat
 
 from escort_mj.behaviors.behavior import Behavior
@@ -15,8 +13,7 @@ from escort_mj.behaviors.task import Task, along, keep_distance
 from escort_mj.components.obstacles import obstacles_seen
 from escort_mj.components.setup import MissionSetup
 from escort_mj.components.teams import radius_of
-from escort_mj.native.fields import Array as Field
-from escort_mj.native.fields import Fields, Value
+from escort_mj.native.fields import Array, Fields, Value
 from escort_mj.native.kernels import inlined
 from escort_mj.native.on_demand import on_demand
 from escort_mj.native.vectors import norm
@@ -24,26 +21,26 @@ from escort_mj.numerics.formation import widest_spacing
 from escort_mj.numerics.program import evaluate_program
 from escort_mj.plan import Plan, State
 
-Array = NDArray[np.float64]
-
-SOFT = 0.25  # share of the mission's radius: once so much room is missing, it shrinks as the room does
+SOFT = (
+    0.25  # width of the transition from the wanted radius to the one that fits, share of the mission's radius
+)
 
 
 class RadiusParameters(Fields):
-    """Radii that change, of each behavior `surface` that has one of its own."""
+    """Radii of each behavior `surface` that has one of its own; all programs are packed together."""
 
-    radius_functions: Annotated[Field, "radii", 2, Value("1", "first instruction and their number")]
-    radius_fits: Annotated[Field, "radii", Value("1", "1 where it shrinks to the free space")]
-    radius_least: Annotated[Field, "radii", Value("m", "to which it shrinks at most")]
-    radius_margin: Annotated[Field, "radii", Value("m", "between the sphere and an obstacle")]
+    radius_functions: Annotated[Array, "radii", 2, Value("1", "first instruction and their number")]
+    radius_fits: Annotated[Array, "radii", Value("1", "1 where it shrinks to the free space")]
+    radius_least: Annotated[Array, "radii", Value("m", "smallest radius to which it shrinks")]
+    radius_margin: Annotated[Array, "radii", Value("m", "between the sphere and an obstacle")]
     radius_index: Annotated[
-        Field, "phases", Value("1", "index of the one that a phase has; -1 for the mission's or the team's")
+        Array, "phases", Value("1", "index of the radius of a phase; -1 for the mission's or the team's")
     ]
 
     @classmethod
     def packed(cls, setup: MissionSetup) -> dict[str, Any]:
         """Return the values of the fields for a mission."""
-        own = [surface for _, surface in setup.numbered(Surface) if surface.changes]
+        own = [surface for _, surface in setup.numbered(Surface) if surface.has_own_radius]
         return {
             "radius_fits": [surface.fit for surface in own],
             "radius_least": [surface.least_radius(setup) for surface in own],
@@ -56,13 +53,13 @@ class RadiusParameters(Fields):
 
 
 class RadiusState(Fields):
-    """These radii now."""
+    """Current values of these radii."""
 
-    radius_now: Annotated[Field, "radii", 2, Value("m", "radius, and its rate [m/s]")]
+    radius_now: Annotated[Array, "radii", 2, Value("m", "radius, and its rate [m/s]")]
 
 
 class Surface(Behavior):
-    """Keep each robot at the mission's radius from the target."""
+    """Keep each robot at the mission's radius from the target, or at one of its own, which may change."""
 
     python_only: ClassVar[frozenset[str]] = frozenset({"behavior", "radius", "fit", "least"})
 
@@ -80,22 +77,22 @@ class Surface(Behavior):
 
     @classmethod
     def numbers(cls) -> dict[str, type]:
-        """Return its parameters as kernels see them: the gain, and which of the radii that change is its."""
+        """Return name and type of what kernels read: the gain, and the index of its own radius."""
         return {"gain": float, "radius_index": int}
 
     def packed(self, setup: MissionSetup | None = None) -> dict[str, float]:
-        """Return its parameters as numbers."""
+        """Return the values of what kernels read."""
         return {"gain": self.gain, "radius_index": -1.0 if setup is None else float(self.radius_index(setup))}
 
     @property
-    def changes(self) -> bool:
-        """Whether it has a radius of its own."""
+    def has_own_radius(self) -> bool:
+        """Whether its radius is not simply the mission's: it is given here, or fits the free space."""
         return self.fit or self.radius is not None
 
     def radius_index(self, setup: MissionSetup) -> int:
-        """Return its index among the behaviors whose radius changes; -1 where it does not."""
-        own = [surface for _, surface in setup.numbered(Surface) if surface.changes]
-        return own.index(self) if self.changes else -1
+        """Return its index among the behaviors with a radius of their own; -1 without one."""
+        own = [surface for _, surface in setup.numbered(Surface) if surface.has_own_radius]
+        return own.index(self) if self.has_own_radius else -1
 
     def least_radius(self, setup: MissionSetup) -> float:
         """Return the radius below which the team does not shrink [m]."""
@@ -115,7 +112,8 @@ class Surface(Behavior):
         if self.radius_index < 0:
             return keep_distance(x, r.radius, self.gain)
         radius, rate = r.state.radius_now[self.radius_index, 0], r.state.radius_now[self.radius_index, 1]
-        task = keep_distance(x, _ahead(radius, rate, self.gain), self.gain)
+        task = keep_distance(x, _lead_radius(radius, rate, self.gain), self.gain)
+        # The velocity leads by the rate of the radius; the error is that from the radius itself.
         return along(x, task.weight, task.velocity, task.active, abs(norm(x) - radius), task.value)
 
 
@@ -125,8 +123,8 @@ def _margin(setup: MissionSetup) -> float:
 
 
 @inlined
-def _ahead(radius: float, rate: float, gain: float) -> float:
-    """Return the distance to keep for which the task's velocity contains the rate of the radius [m]."""
+def _lead_radius(radius: float, rate: float, gain: float) -> float:
+    """Return the distance to keep with which robots at the radius move at its rate [m]."""
     return math.sqrt(max(radius * radius + 2.0 * radius * rate / gain, 0.0))
 
 
@@ -134,14 +132,14 @@ def _ahead(radius: float, rate: float, gain: float) -> float:
 def fitted(
     wanted: float, rate: float, room: float, opening: float, soft: float, least: float
 ) -> tuple[float, float]:
-    """Return the radius that fits into a room, and its rate; it begins to shrink and ends growing gently.
+    """Return the radius that fits into a room, and its rate, with a smooth transition at both ends.
 
     Args:
         wanted: Radius without obstacles [m].
         rate: Its rate [m/s].
         room: Largest radius that is free [m].
-        opening: Its rate [m/s].
-        soft: Missing room over which shrinking sets in [m].
+        opening: Its rate, negative where the obstacle comes nearer [m/s].
+        soft: Width of the transition, which has its center where no room is missing [m].
         least: Smallest radius [m].
     """
     missing = wanted - room
@@ -156,9 +154,10 @@ def fitted(
 
 @on_demand
 def choose_radii(plan: Plan, state: State) -> None:
-    """Write the radii that change, and their rates, and how far each robot is to stay from the target."""
+    """Write the behaviors' own radii, their rates, and the distance that each robot is to keep."""
     p, m, time = state.q.shape[1], plan.obstacle_radius.shape[0], state.time[0]
-    position, room, opening = obstacles_seen(state.q.shape[0], plan, state), math.inf, 0.0
+    position = obstacles_seen(state.q.shape[0], plan, state)  # as seen from the target
+    nearest, nearest_rate = math.inf, 0.0
     for j in range(m):
         square, along_way = 0.0, 0.0
         for k in range(p):
@@ -166,14 +165,15 @@ def choose_radii(plan: Plan, state: State) -> None:
             square += way * way
             along_way += way * (state.target_velocity_measured[k] - state.obstacle_velocity[j, k])
         apart = math.sqrt(square)
-        if apart - plan.obstacle_radius[j] < room:
-            room, opening = apart - plan.obstacle_radius[j], along_way / max(apart, 1e-300)
+        if apart - plan.obstacle_radius[j] < nearest:
+            nearest = apart - plan.obstacle_radius[j]
+            nearest_rate = along_way / max(apart, 1e-300)
     for index in range(plan.radius_least.shape[0]):
         first, count = int(plan.radius_functions[index, 0]), int(plan.radius_functions[index, 1])
         radius, rate = evaluate_program(plan.code, first, count, plan.segments, time, state.operands)
-        if plan.radius_fits[index] != 0.0 and room < radius + plan.sensing_obstacles:
+        if plan.radius_fits[index] != 0.0 and nearest < radius + plan.sensing_obstacles:
             radius, rate = fitted(
-                radius, rate, room - plan.radius_margin[index], opening, SOFT * plan.radius,
+                radius, rate, nearest - plan.radius_margin[index], nearest_rate, SOFT * plan.radius,
                 plan.radius_least[index],
             )  # fmt: skip
         state.radius_now[index, 0], state.radius_now[index, 1] = radius, rate

@@ -3,7 +3,7 @@
 Every direction of a task is a Jacobian of one row x, so its pseudoinverse is x / |x|^2 and its null-space
 projector I - x x^T / |x|^2: the composition needs dot products only. Chords in space have two such rows
 (cycles) and sum over them: w' = sum_c [v_c + N_c w]. Where a task asks nothing of a robot its weight is 0, so
-that nothing is projected out and no lane takes another way than its neighbors.
+that nothing is projected out and all lanes run the same instructions.
 
 The part of each behavior is kept apart, p rows of lanes for each level of the priority stack, already
 projected by everything of higher priority, so that the speed limit can be spent by priority.
@@ -59,7 +59,7 @@ class StackParameters(Fields):
     level_column: Annotated[Array, "levels", Value("1", "its column in what is recorded of tasks")]
     level_gain: Annotated[Array, "levels", Value("1/s", "rate at which its task's error decays")]
     level_in_world: Annotated[
-        Array, "levels", Value("1", "1 where it wishes velocities in the world's frame, not the target's")
+        Array, "levels", Value("1", "1 where its velocities are in the world's frame, not the target's")
     ]
     level_avoids: Annotated[Array, "levels", Value("1", "1 where it keeps distances to bodies")]
     level_avoidance: Annotated[
@@ -95,7 +95,7 @@ class LimitState(Fields):
     limit_velocity: Annotated[
         Array, "limited", "p", Value("m/s", "velocity along it in place of what tasks below it want")
     ]
-    limit_active: Annotated[Array, "limited", Value("1", "1 where that is so")]
+    limit_active: Annotated[Array, "limited", Value("1", "1 where the inequality is enforced")]
 
 
 def _limit_rows(setup: MissionSetup) -> list[float]:
@@ -119,7 +119,7 @@ def ruled(i: int, phase: int, plan: Plan, state: State) -> Any:
 
 @merged
 def compose(i: int, phase: int, plan: Plan, state: State) -> None:
-    """Composes the behaviors of a phase in the order of its priority stack (eq. 2).
+    """Compose the behaviors of a phase in the order of its priority stack (eq. 2).
 
     Escort behaviors are relative to the target's motion (feed-forward), avoidance and goals are not:
     v_d = v1 + N1 [c_dot + v2 + N2 v3] for the paper's order. The lowest priority comes first: each behavior
@@ -167,7 +167,7 @@ def compose(i: int, phase: int, plan: Plan, state: State) -> None:
             projected = greatest(projected, task.active)
             continue
         first_escort = level
-        if any_of(projected > 0.5):
+        if any_of(projected > 0.5):  # escort tasks project only what tasks in the world's frame have taken
             feedforward = drift + leave(task, feedforward - drift)
     set_velocities(phase, _spend(0, first_escort, levels, feedforward, parts, r), active, r)
 
@@ -210,7 +210,7 @@ def used_task(level: int, task: Task, r: Robots) -> Task:
 
 @inlined
 def set_velocities(phase: int, velocity: Vec, active: Lanes, r: Robots) -> None:
-    """Writes the reference velocities of those robots that a phase rules now.
+    """Write the reference velocities of those robots that run the stack of a phase now.
 
     Args:
         phase: Which phase.
@@ -229,7 +229,7 @@ def set_velocities(phase: int, velocity: Vec, active: Lanes, r: Robots) -> None:
 
 @inlined
 def task_of(level: int, r: Robots) -> Task:
-    """What one behavior, by itself, asks of robots.
+    """Return what one behavior, by itself, asks of robots.
 
     Args:
         level: The behavior's level, of all phases' levels.
@@ -266,7 +266,7 @@ def avoidance_of(level: int, plan: Plan) -> Avoidance:
 
 @inlined
 def sidestep(task: Task, wanted: Vec, axes: int) -> Vec:
-    """Return a velocity around what robots avoid, where it blocks the wishes below it head-on.
+    """Return a velocity around what robots avoid, where it blocks head-on what behaviors below it want.
 
     What these leave across the gradient x, a unit vector away from the body, is filled up to a share of what
     avoidance blocks of them. All robots turn the same way around whatever they meet (counterclockwise in the
@@ -275,8 +275,8 @@ def sidestep(task: Task, wanted: Vec, axes: int) -> Vec:
 
     Args:
         task: That of avoidance.
-        wanted: Velocity that robots would have without it, within the speed limit [m/s]. Wishes beyond it
-            would turn a robot another way than it goes outside of the sphere, and hold it there.
+        wanted: Velocity that robots would have without it, cut to the speed limit [m/s]; before
+            the cut, its direction is not the one in which robots go that avoid nothing.
         axes: Number of axes.
     """
     outward, square = dot(wanted, task.x), dot(wanted, wanted)

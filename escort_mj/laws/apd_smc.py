@@ -23,12 +23,12 @@ class ApdSmc(SlidingModeLaw):
     switching_gain: NonNegativeFloat = 1.0
     """Gain of the switching term [N] (paper: k)."""
     adaptation_rate: NonNegativeFloat = 20.0
-    """Gain of s in the rate of change of the estimate [N/m] (paper: mu)."""
+    """Gain of s in the rate of rho_hat [N/m] (paper: mu)."""
     initial_estimate: float = 0.1
-    """Initial estimate of the reference torque, on every axis [N] (paper: rho_hat_0)."""
+    """Initial estimate of the force of the unknown model, on every axis [N] (paper: rho_hat_0)."""
 
     def force(self, r: Values) -> Any:
-        """Return eq. 9, tau = rho_hat + k_p e + k_d e_dot + k sgn(s)."""
+        """Return eq. 9, tau = rho_hat + k_p e + k_d e_dot + k sw(s / delta)."""
         pd = r.rho_hat + self.proportional_gain * r.e + self.derivative_gain * r.e_dot
         return pd + self.switching_gain * switching(self, r.s)
 

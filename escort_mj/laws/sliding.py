@@ -1,4 +1,4 @@
-"""What the sliding-mode laws share: the smoothing of their switching term, and the gains of the proof."""
+"""What the sliding-mode laws share: the smoothing of their switching term, and the gains in V1."""
 
 from typing import Any, Literal, NamedTuple
 
@@ -14,12 +14,13 @@ from escort_mj.numerics.elementary import tanh
 Array = NDArray[np.float64]
 
 SMOOTHINGS = ("tanh", "saturation", "sign")
+TANH, SATURATION = 0, 1  # their places, as kernels read them
 
 
 class Gains(NamedTuple):
-    """Gains of eqs. 9 and 10, by which the proof's Lyapunov function V1 (eq. 11) goes.
+    """Gains of eqs. 9 and 10, as they appear in the Lyapunov function V1 (eq. 11).
 
-    tau = rho_hat + k_p e + k_d e_dot + k sw(s / boundary_layer), d rho_hat/dt = mu s.
+    tau = rho_hat + k_p e + k_d e_dot + k sw(s / delta), d rho_hat/dt = mu s, with sw the smoothed sign.
 
     Attributes:
         proportional_gain: k_p, of the position error e [N/m].
@@ -35,22 +36,23 @@ class Gains(NamedTuple):
 
 
 class SlidingModeLaw(Law):
-    """Parameters of every sliding-mode law: what stands for the sign of s."""
+    """Parameters of every sliding-mode law: the smoothed sign of s."""
 
     smoothing: Literal["tanh", "saturation", "sign"] = "tanh"
-    """Approximation of the sign in the switching term: `tanh` (remark 4), `saturation` (a clipped line), or
-    the discontinuous `sign`."""
+    """Approximation of the sign in the switching term: `tanh` (remark 4), `saturation` (linear
+    within the layer), or the discontinuous `sign`."""
     boundary_layer: PositiveFloat = 1.0
-    """Half-width of the zone around s = 0 in which sgn(s) is smoothed [m/s]."""
+    """Scale of s in the smoothed sign [m/s] (delta): half the width of the linear zone of `saturation`;
+    without effect on `sign`."""
 
     def gains(self) -> Gains:
-        """Return the gains by which the proof's Lyapunov function goes; 0 for what the law lacks."""
+        """Return the gains that appear in V1; 0 for gains that the law does not have."""
         return Gains(*(float(getattr(self, name, 0.0)) for name in Gains._fields))
 
 
 @inlined
 def switching(law: Any, s: Lanes) -> Lanes:
-    """Return what stands for sgn(s) in eq. 9: tanh (eq. 17), a clipped line, or the sign itself.
+    """Return the smoothed sgn(s / delta) of eq. 9: tanh (eq. 17), a saturated line, or the sign itself.
 
     Args:
         law: Parameters of a sliding-mode law.
@@ -61,16 +63,16 @@ def switching(law: Any, s: Lanes) -> Lanes:
 
 @inlined
 def smooth_sign(x: Lanes, smoothing: int) -> Lanes:
-    """Return what stands for sgn(x): a tanh (0), a clipped line (1), or the sign itself (2)."""
-    if smoothing == 0:
+    """Return the smoothed sgn(x), by the place of the smoothing in `SMOOTHINGS`."""
+    if smoothing == TANH:
         return tanh(x)
-    if smoothing == 1:
+    if smoothing == SATURATION:
         return least(1.0, greatest(-1.0, x))
     return where(x > 0.0, 1.0, where(x < 0.0, -1.0, x))
 
 
 @inlined
 def smooth_signs(x: Array, smoothing: int) -> None:
-    """Replace every x by what stands for its sign."""
+    """Replace every x by its smoothed sign."""
     for at in range(0, x.shape[0], WIDTH):
         store(x, at, smooth_sign(load(x, at), smoothing))

@@ -63,7 +63,7 @@ def controller_setup(
         radii=tuple(
             Trajectory((Expression(scenario.mission.radius if each.radius is None else each.radius),))
             for each in all_behaviors(scenario)
-            if isinstance(each, Surface) and each.changes
+            if isinstance(each, Surface) and each.has_own_radius
         ),
         obstacle_position=np.array([body.position for body in obstacles]).reshape(-1, scenario.axes),
         obstacle_radius=np.array(

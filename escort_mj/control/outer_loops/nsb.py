@@ -1,4 +1,4 @@
-"""Null-space-based composition, the paper's outer loop: its forms are in `control/nsb.py`."""
+"""Null-space-based composition, the paper's outer loop: `compose` of `control/nsb.py` and nothing else."""
 
 from typing import ClassVar, Literal
 

@@ -1,4 +1,4 @@
-"""Avoidance by velocities: a half-space of them for each body (Ames et al. 2017; Moe et al. 2016)."""
+"""Set-based avoidance: each body limits velocities to a half-space (Ames et al. 2017; Moe et al. 2016)."""
 
 from __future__ import annotations
 
@@ -67,14 +67,14 @@ from escort_mj.plan import Plan, State
 class SetBased(OuterLoop):
     """Escort behaviors by priority, restricted to velocities that keep distances safe (Ames et al. 2017).
 
-    A robot may approach a body (an obstacle, a teammate or the target) only as fast as the margin, the
-    distance to the body minus the safe distance of avoid_obstacles, allows. With u the velocity of the body
-    and r the unit vector from the body to the robot, the robot's velocity v satisfies r . (v - u) >=
-    -approach(margin), where approach is proportional to the margin and, farther out, the speed from which the
-    robot can brake in time. Of these velocities, v is the one closest to that of the behaviors; if none
-    satisfies all conditions, v minimizes the sum of the squared violations. Two robots, even of different
-    teams, are each allowed half of the closing speed. With `patience`, a robot that is blocked follows the
-    boundary of what blocks it.
+    The margin to a body (an obstacle, a teammate or the target) is the distance to it minus the safe distance
+    of avoid_obstacles; it limits how fast the robot may approach. With u the velocity of the body and n the
+    unit vector from the body to the robot, the robot's velocity v satisfies n . (v - u) >= -approach(margin),
+    where approach is proportional to the margin and, farther out, the speed from which the robot can brake in
+    time. Of these velocities, v is the one closest to that of the behaviors. If none within the speed limit
+    satisfies all conditions, v minimizes the sum of the squared violations, weighted by how soon each body
+    could be touched. Two robots, even of different teams, are each allowed half of the closing speed. With
+    `patience`, a robot that is blocked follows the boundary of what blocks it.
     """
 
     title: ClassVar[str] = "set-based"
@@ -84,7 +84,7 @@ class SetBased(OuterLoop):
     loop: Literal["set_based"] = "set_based"
     activation: Literal["smooth", "tangent_cone"] = "smooth"
     """When the condition on v applies: always, so that a robot slows down early (`smooth`), or only within
-    the safe distance, where it may not go deeper (`tangent_cone`)."""
+    the safe distance, where the margin may not shrink further (`tangent_cone`)."""
     rate: PositiveFloat = 4.0
     """Share of the margin that a robot may use up per second or, where the margin is negative, must recover
     [1/s]."""
@@ -95,22 +95,22 @@ class SetBased(OuterLoop):
     """Safe distance to the target [m]; null: `safe_distance`, but at most half the gap between the target and
     robots at the mission's radius; 0: the target is not avoided."""
     patience: PositiveFloat | None = None
-    """How long a robot is blocked before it follows the boundary of what blocks it [s]; null: it waits, which
-    is best when escorting a moving target."""
+    """Time for which a robot is blocked before it follows the boundary of what blocks it [s]; null: it waits,
+    which is best when escorting a moving target."""
     turn_back: PositiveFloat = 12.0
-    """Time after which a robot turns back and follows the boundary the other way around [s]; this time
-    doubles with every turn."""
+    """Time after which a robot turns back and follows the boundary the other way around [s];
+    doubled after each turn."""
 
     @classmethod
     def numbers(cls) -> dict[str, type]:
-        """Return its parameters as kernels see them; a null is what the mission gives, or 0."""
+        """Return name and type of what kernels read; a null is what the mission gives, or 0."""
         return {
             "activation": int, "rate": float, "braking": float, "target_distance": float, "patience": float,
             "turn_back": float, "target_radius": float,
         }  # fmt: skip
 
     def packed(self, setup: MissionSetup | None = None) -> dict[str, float]:
-        """Return its parameters as numbers."""
+        """Return the values of what kernels read."""
         assert setup is not None
         rules = self.rules(setup)
         return {
@@ -120,7 +120,7 @@ class SetBased(OuterLoop):
         }  # fmt: skip
 
     def rules(self, setup: MissionSetup) -> Rules:
-        """Return how near a robot may come how fast, in a mission."""
+        """Return how fast a robot may approach at each margin, in a mission."""
         braking = self.braking
         if braking is None:
             with np.errstate(divide="ignore"):
@@ -128,8 +128,8 @@ class SetBased(OuterLoop):
         radius = setup.target_radius
         distance = 0.0 if radius is None else self.target_distance
         if distance is None:
-            ring = setup.radius - (radius or 0.0) - float(setup.robot_radius.max())
-            distance = min([max(0.5 * ring, 0.0), *(each.safe_distance for each in setup.avoidance)])
+            gap = setup.radius - (radius or 0.0) - float(setup.robot_radius.max())
+            distance = min([max(0.5 * gap, 0.0), *(each.safe_distance for each in setup.avoidance)])
         return Rules(
             self.rate, min(braking, UNLIMITED), float(self.activation == "tangent_cone"), 1.0, distance,
             radius or 0.0,
@@ -140,7 +140,10 @@ class SetBased(OuterLoop):
         return self.rules(setup).target_distance
 
     def velocity_lanes(self: Any, i: int, phase: int, plan: Plan, state: State) -> None:
-        """The same for robots i to i + 7, compiled: what the escort behaviors want stands in `v_d`."""
+        """Restrict `v_d`, what the escort behaviors want, to safe velocities, for robots i to i + 7.
+
+        In kernels, `self` is the record that `numbers` declares.
+        """
         first, levels = int(plan.phase_first[phase]), int(plan.phase_levels[phase])
         r, n = robots_at(i, plan, state), state.q.shape[0]
         rules = Rules(self.rate, self.braking, self.activation, 1.0, self.target_distance, self.target_radius)
@@ -162,31 +165,31 @@ class SetBased(OuterLoop):
 
 @inlined
 def _may_bind(level: int, avoid: Avoidance, rules: Rules, r: Robots) -> Lanes:
-    """Return 1 for those of eight robots that something is near enough to that it may bind, else 0.
+    """Return 1 for those of eight robots for which some constraint may bind, else 0: too many, never too few.
 
-    As near as the speeds of both need, by the inverse of `approach`.
+    A body counts if its margin is below that at which `approach` allows the closing speed.
 
     Args:
-        level: Which one avoidance is.
+        level: Level of the avoidance behavior, of all phases' levels.
         avoid: What distances are kept.
         rules: How fast robots may come nearer.
         r: The robots.
     """
     plan, state, wanted = r.plan, r.state, r.at(r.state.v_d, 0)
-    drift, to_target, most = r.target_velocity, r.q - r.target, r.max_speed
+    drift, from_target, max_speed = r.target_velocity, r.q - r.target, r.max_speed
     speed, relative, pace = norm(wanted), norm(wanted - drift), norm(drift)
-    closing = norm(wanted - r.vector(state.pace_frame))
+    frame_speed = norm(wanted - r.vector(state.pace_frame))
     found = _limits_bind(level, speed, r)
     if plan.team_radius.shape[0] > 0:
         relative = relative + (pace if plan.informed else everywhere(team_spread(r.i, plan, state)))
     if rules.target_distance > 0.0:
         look = rules.target_distance + avoid.to_surface * (r.robot_radius + rules.target_radius)
-        outrun = pace > FASTER * most
-        look = look + where(outrun, look * pace / most, 0.0)
-        look = look + horizon_lanes(where(outrun, speed + pace, relative), rules)
-        found = where(dot(to_target, to_target) < look * look, 1.0, found)
+        outruns = pace > FASTER * max_speed  # the target is faster than the robot
+        look = look + where(outruns, look * pace / max_speed, 0.0)
+        look = look + horizon_lanes(where(outruns, speed + pace, relative), rules)
+        found = where(dot(from_target, from_target) < look * look, 1.0, found)
     fastest = fastest_obstacle(state)
-    away, lead = horizon_lanes(speed + fastest, rules), lead_of(fastest, most)
+    away, lead = horizon_lanes(speed + fastest, rules), lead_of(fastest, max_speed)
     for j in range(r.obstacles):
         body = obstacle_body(avoid, j, r)
         look = body.reach
@@ -194,31 +197,33 @@ def _may_bind(level: int, avoid: Avoidance, rules: Rules, r: Robots) -> Lanes:
             look = look + lead * (look + breadth_of(plan.obstacle_extent[j]))
         look = look + away
         found = where(dot(body.x, body.x) < look * look, 1.0, found)
-    alike = 2.0 * (relative if plan.target_feedforward else speed)
-    far = horizon_lanes(greatest(alike, closing + state.pace_most[0]), rules)
+    mutual_speed = 2.0 * (relative if plan.target_feedforward else speed)
+    far = horizon_lanes(greatest(mutual_speed, frame_speed + state.pace_most[0]), rules)
     listed = seen_neighbors(state).shape[0] > 0
     if avoid.teammate_distance > 0.0 and listed:
-        found = greatest(found, who_is_met(r.i, level, alike, closing, far, avoid, rules, plan, state))
+        found = greatest(
+            found, who_is_met(r.i, level, mutual_speed, frame_speed, far, avoid, rules, plan, state)
+        )
     if avoid.heard_distance > 0.0:
         find_nearest_heard(r.i, avoid.heard_distance, avoid.to_surface, plan, state)
-        ahead = horizon_lanes(greatest(alike, load(state.heard_pace, r.i)), rules)
-        found = where(load(state.heard_margin, r.i) < ahead, 1.0, found)
+        margin = horizon_lanes(greatest(mutual_speed, load(state.heard_pace, r.i)), rules)
+        found = where(load(state.heard_margin, r.i) < margin, 1.0, found)
     failing = plan.failure.shape[0] > 0
     if failing or (avoid.teammate_distance > 0.0 and not listed):
-        mates = _mates_near(False, wanted, alike, far, avoid, rules, r)
-        if any_of(mates > 0.5):  # seldom: how fast each comes is worth asking for then only
-            mates = _mates_near(True, wanted, alike, far, avoid, rules, r)
+        mates = _mates_near(False, wanted, mutual_speed, far, avoid, rules, r)
+        if any_of(mates > 0.5):  # seldom: only then the speed of each is worth its time
+            mates = _mates_near(True, wanted, mutual_speed, far, avoid, rules, r)
         found = greatest(found, mates)
     return found
 
 
 @inlined
 def _limits_bind(level: int, speed: Lanes, r: Robots) -> Lanes:
-    """Return 1 for those of eight robots of which a velocity may break an inequality, else 0.
+    """Return 1 for those of eight robots whose velocity may break one of their inequalities, else 0.
 
     Args:
         level: One of their phase's levels.
-        speed: Of each [m/s].
+        speed: Speed of each robot [m/s].
         r: The robots.
     """
     plan, state, found = r.plan, r.state, everywhere(0.0)
@@ -235,15 +240,15 @@ def _limits_bind(level: int, speed: Lanes, r: Robots) -> Lanes:
 
 @inlined
 def _mates_near(
-    exactly: bool, wanted: Vec, alike: Lanes, far: Lanes, avoid: Avoidance, rules: Rules, r: Robots
+    exactly: bool, wanted: Vec, mutual_speed: Lanes, far: Lanes, avoid: Avoidance, rules: Rules, r: Robots
 ) -> Lanes:
-    """Return 1 for those of eight robots that a teammate is near enough to that it may bind, else 0.
+    """Return 1 for those of eight robots for which a teammate's constraint may bind, else 0.
 
     Args:
-        exactly: Whether it is asked how fast each teammate comes; else all may come at the largest speed.
+        exactly: Whether each teammate has its measured velocity, instead of the largest speed of all.
         wanted: What the robots want [m/s].
-        alike: Speed at which each could meet one that keeps to its half [m/s].
-        far: Margin at which the largest speed matters [m].
+        mutual_speed: Closing speed where both keep to their half [m/s].
+        far: Margin at which the largest speed of all matters [m].
         avoid: What distances are kept.
         rules: How fast robots may come nearer.
         r: The robots.
@@ -251,14 +256,16 @@ def _mates_near(
     state, speed, found = r.state, norm(wanted), everywhere(0.0)
     failing = r.plan.failure.shape[0] > 0
     for j in range(state.q.shape[0]):
-        body, ahead, nearer = teammate_body(avoid, j, r), far, 1.0
+        body, margin, stretch = teammate_body(avoid, j, r), far, 1.0
         if failing and state.lost[j] != 0.0:
-            drifts = length_of(state.v_measured[j])
-            ahead, nearer = horizon_lanes(speed + drifts, rules), 1.0 + lead_of(drifts, r.max_speed)
+            its_speed = length_of(state.v_measured[j])
+            margin, stretch = horizon_lanes(speed + its_speed, rules), 1.0 + lead_of(its_speed, r.max_speed)
         elif exactly:
-            ahead = horizon_lanes(greatest(alike, norm(r.vector(state.v_measured[j]) - wanted)), rules)
+            margin = horizon_lanes(
+                greatest(mutual_speed, norm(r.vector(state.v_measured[j]) - wanted)), rules
+            )
         if body.safe > 0.0:
-            look = nearer * body.reach + ahead
+            look = stretch * body.reach + margin
             found = where((dot(body.x, body.x) < look * look) & body.counts, 1.0, found)
     return found
 
@@ -274,23 +281,37 @@ def _keep_clear(
     plan: Plan,
     state: State,
 ) -> None:
-    """Change a robot's velocity by as little as safety takes, or lead it around what blocks it."""
+    """Change a robot's velocity as little as safety requires, or lead it around what blocks it."""
     p, v = state.q.shape[1], state.v_d[robot]
     memory = stack_memory()
     rows, bounds = matrix_at(memory, MOST, p), vector_at(memory + DOUBLE * MOST * p, MOST)
     shared = vector_at(memory + DOUBLE * MOST * (p + 1), MOST)
-    wanted, spare = vector_at(memory + DOUBLE * MOST * (p + 2), p), stack_memory()
+    wanted = vector_at(memory + DOUBLE * MOST * (p + 2), p)  # what behaviors want
+    spare = stack_memory()
     nominal, start = vector_at(spare, p), vector_at(spare + DOUBLE * p, p)
     gaps = vector_at(spare + DOUBLE * 2 * p, MOST)
     for k in range(p):
-        wanted[k] = nominal[k] = v[k]
-    speed = fastest = length_of(v)
-    beside, side, decided = _beside(robot, v, rules, plan, state), 0.0, patience == 0.0
-    if not decided:  # it may go in any direction
-        beside += 2.0 * length_of(target_speed(robot, plan, state))
+        wanted[k] = nominal[k] = v[k]  # a detour follows a boundary in place of what is wanted
+    # Bodies that cannot matter at these speeds are left out; if v comes out faster, once more with those.
+    speed = assumed_speed = length_of(v)
+    assumed_relative = _relative_speed(robot, v, rules, plan, state)
+    side, decided = 0.0, patience == 0.0
+    if not decided:  # a detour may turn v into any direction
+        assumed_relative += 2.0 * length_of(target_speed(robot, plan, state))
     while True:
         count = find_constraints(
-            robot, fastest, beside, level, avoid, rules, plan, state, rows, bounds, shared, gaps
+            robot,
+            assumed_speed,
+            assumed_relative,
+            level,
+            avoid,
+            rules,
+            plan,
+            state,
+            rows,
+            bounds,
+            shared,
+            gaps,
         )
         for k in range(p):
             v[k] = nominal[k]
@@ -299,9 +320,9 @@ def _keep_clear(
         for k in range(p):
             start[k] = v[k]
         moved = nearest_velocity(rows, bounds, count, STIFFNESS, v) or side != 0.0
-        now, relative = length_of(v), _beside(robot, v, rules, plan, state)
-        if now > fastest or relative > beside:  # it is led away: what is behind it counts, too
-            fastest, beside = max(fastest, now), max(beside, relative)
+        now, relative = length_of(v), _relative_speed(robot, v, rules, plan, state)
+        if now > assumed_speed or relative > assumed_relative:
+            assumed_speed, assumed_relative = max(assumed_speed, now), max(assumed_relative, relative)
             continue
         if not decided:
             decided = True
@@ -321,21 +342,21 @@ def _keep_clear(
             if side != 0.0:
                 follow_boundary(side, speed, rows, bounds, shared, count, nominal)
                 continue
-        torn = contradict(rows, bounds, count, start, v)
-        if torn or not keep_limit(rows, bounds, count, plan.max_speed, v):
+        infeasible = contradict(rows, bounds, count, start, v)
+        if infeasible or not keep_limit(rows, bounds, count, plan.max_speed, v):
             for k in range(p):
                 v[k] = start[k]
             break_least(rows, bounds, gaps, count, avoid.safe_distance, plan.max_speed, v)
-        now, relative = length_of(v), _beside(robot, v, rules, plan, state)
-        if not (now > fastest or relative > beside):
+        now, relative = length_of(v), _relative_speed(robot, v, rules, plan, state)
+        if not (now > assumed_speed or relative > assumed_relative):
             state.avoidance_active[robot] = 1.0 if moved else 0.0
             return
-        fastest, beside = max(fastest, now), max(beside, relative)
+        assumed_speed, assumed_relative = max(assumed_speed, now), max(assumed_relative, relative)
 
 
 @inlined
-def _beside(robot: int, v: Array, rules: Rules, plan: Plan, state: State) -> float:
-    """Return the speed of a velocity relative to the team's motion [m/s]."""
+def _relative_speed(robot: int, v: Array, rules: Rules, plan: Plan, state: State) -> float:
+    """Return |v - team motion| [m/s]."""
     square = 0.0
     for k in range(v.shape[0]):
         square += (v[k] - team_motion(robot, k, rules, plan, state)) ** 2

@@ -148,7 +148,7 @@ def check_one_team(mission: Mission) -> Iterator[Finding]:
             words = "assigns the vertices of one formation of all robots; with teams expected nearest"
         elif isinstance(behavior, Formation) and behavior.follows:
             words = "follows one target; with teams, give position"
-        elif isinstance(behavior, Surface) and (behavior.changes or behavior.least is not None):
+        elif isinstance(behavior, Surface) and (behavior.has_own_radius or behavior.least is not None):
             words = "has a radius of its own; with teams, each team has its radius"
         if words:
             yield Finding(path, words, related=teams)
