@@ -8,7 +8,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any
 
-from escort_mj.errors import Fault, ScenarioError
+from escort_mj.errors import ScenarioError
 from escort_mj.record.files import write_text
 from escort_mj.scenario import dump_scenario
 from escort_mj.scenario.findings import parse_key_path
@@ -16,14 +16,11 @@ from escort_mj.scenario.schema.scenario import Scenario
 from escort_mj.study.engine.backends import Backend
 from escort_mj.study.engine.store import Row, Store
 from escort_mj.study.engine.work import Job
-from escort_mj.study.sweeps.definition import MOST_RUNS
-from escort_mj.study.sweeps.design import Cell, Design
-from escort_mj.study.sweeps.searches import Search
+from escort_mj.study.sweeps.design import SEED, Cell, Design
 from escort_mj.study.sweeps.sweep import make
 
 Point = Mapping[str, float | int]
 """Scenario keys or parameters, and the number that each has; `seed` moves the study's seeds."""
-SEED = "seed"
 
 
 class Evaluator:
@@ -135,51 +132,8 @@ def base_of(design: Design, key: str) -> float | None:
     return value if isinstance(value, int | float) and not isinstance(value, bool) else None
 
 
-def check_search(design: Design, section: str, search: Search, held_out: int = 0) -> None:
-    """Tries every key of a search's box at both its bounds, and counts the runs that are made at once.
-
-    Bounds may be impossible together with other keys; such points are passed over by a search.
-
-    Args:
-        design: The study's.
-        section: Where the search stands in the study.
-        search: What it says.
-        held_out: Seeds beyond the study's own with which two points are compared in the end.
-
-    Raises:
-        ScenarioError: If scenarios have no such key, it may not have such a value, or there are too many
-            runs.
-    """
-    faults = []
-    sizes = {"batch": search.batch * len(design), "held_out": 2 * held_out * len(design.cells)}
-    for key, runs in sizes.items():
-        if runs > MOST_RUNS:
-            words = f"takes {runs:,} runs at once in {len(design.cells):,} cells; allowed are {MOST_RUNS:,}"
-            faults.append(design.file.fault(words, section, key))
-    for key, bounds in search.over.items():
-        if key in design.study.parameters or key == SEED:
-            continue
-        for side in ("low", "high"):
-            bound = getattr(bounds, side)
-            value = int(bound) if bounds.whole else bound
-            try:
-                design.scenario(design.cells_at({key: value})[0], design.seeds[0])
-            except ScenarioError as error:
-                about = [fault.message for fault in error.faults if _is_about(fault, key)]
-                if about:
-                    faults.append(design.file.fault(about[0], section, "over", key, side))
-                    break
-    if faults:
-        raise ScenarioError(faults)
-
-
 def _number(value: float | None) -> str:
     return "no number" if value is None else f"{value:g}"
-
-
-def _is_about(fault: Fault, key: str) -> bool:
-    """Whether a fault is one of this key by itself."""
-    return fault.source == key or parse_key_path(fault.key) == parse_key_path(key)
 
 
 def mean_of(rows: Sequence[Row], metric: str) -> float:

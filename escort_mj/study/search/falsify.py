@@ -17,7 +17,7 @@ from escort_mj.study.engine.backends import Backend
 from escort_mj.study.engine.store import Row
 from escort_mj.study.engine.work import Job
 from escort_mj.study.search.asking import Asker
-from escort_mj.study.search.evaluate import Evaluator, Point, base_of, check_search
+from escort_mj.study.search.evaluate import Evaluator, Point, base_of
 from escort_mj.study.search.robustness import BEST, broken_by, robustness
 from escort_mj.study.search.shrink import shrink
 from escort_mj.study.sweeps.design import Design
@@ -96,7 +96,6 @@ def falsify_design(
     search = design.study.falsify
     if search is None:
         raise ScenarioError([design.file.fault("has no section falsify, which says what to search", "study")])
-    check_search(design, "falsify", search)
     with Evaluator(design, out, backend) as evaluator, stopping.keeping(evaluator.kept):
         hunt = _Hunt(evaluator, search)
         hunt.go(progress)

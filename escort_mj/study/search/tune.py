@@ -18,7 +18,7 @@ from escort_mj.study.engine.backends import Backend
 from escort_mj.study.engine.store import Row
 from escort_mj.study.engine.work import Job
 from escort_mj.study.search.asking import Asker
-from escort_mj.study.search.evaluate import Evaluator, base_of, check_search, mean_of
+from escort_mj.study.search.evaluate import Evaluator, base_of, mean_of
 from escort_mj.study.search.robustness import robustness
 from escort_mj.study.search.tuned import Gain, Tuned, TunedPoint, trials_csv
 from escort_mj.study.sweeps.design import Design
@@ -47,7 +47,6 @@ def tune_design(
     search = design.study.tune
     if search is None:
         raise ScenarioError([design.file.fault("has no section tune, which says what to tune", "study")])
-    check_search(design, "tune", search, search.held_out)
     with Evaluator(design, out, backend) as evaluator, stopping.keeping(evaluator.kept):
         own, trials = _tried(evaluator, search, progress)
         write_text(out / TRIALS, trials_csv(search, own, trials, front := _front(search, trials)))

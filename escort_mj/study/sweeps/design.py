@@ -29,14 +29,15 @@ from escort_mj.scenario.reader.dump import flow
 from escort_mj.scenario.reader.load import Template, read_text
 from escort_mj.scenario.reader.plugins import placed_in
 from escort_mj.scenario.schema.scenario import Physics, Recording, Scenario
-from escort_mj.study.sweeps.definition import SCENARIO, Sample, Study, StudyFile, values_of
+from escort_mj.study.sweeps.definition import MOST_RUNS, SCENARIO, Sample, Study, StudyFile, values_of
 from escort_mj.study.sweeps.parameters import filled
 from escort_mj.study.sweeps.quantities import Measured
 from escort_mj.study.sweeps.ranges import drawn
+from escort_mj.study.sweeps.searches import Tune
 from escort_mj.world.model.parts import models_folder
 
 AROUND = {"cli", "conformance", "environments", "report", "study", "view"}  # rooms that no run comes from
-CASE, SAMPLE = "case", "point"
+CASE, SAMPLE, SEED = "case", "point", "seed"
 MOST_BESIDE = 4  # runs in one figure
 MOST_FAULTS = 20
 Point = tuple[dict[str, Any], dict[str, Any]]
@@ -117,6 +118,7 @@ class Design:
         self._try_cells()
         self._check_metrics()
         self._check_levels()
+        self._check_searches()
 
     def scenario(self, cell: Cell, seed: int | None = None) -> Scenario:
         """The checked scenario of a cell, with a seed or with its own.
@@ -282,6 +284,50 @@ class Design:
                 faults.append(self.file.fault(words, "figures", place, "where"))
         if faults:
             raise ScenarioError(faults[:MOST_FAULTS])
+
+    def _check_searches(self) -> None:
+        """Try every key of a search's box at both its bounds, and count the runs that are made at once.
+
+        Bounds may be impossible together with other keys; such points are passed over by a search.
+
+        Raises:
+            ScenarioError: If scenarios have no such key, it may not have such a value, or there are too many
+                runs.
+        """
+        faults, study = [], self.study
+        for section, search in (("tune", study.tune), ("falsify", study.falsify)):
+            if search is None:
+                continue
+            sizes = {"batch": search.batch * len(self)}
+            if isinstance(search, Tune):
+                sizes["held_out"] = 2 * search.held_out * len(self.cells)
+            for key, runs in sizes.items():
+                if runs > MOST_RUNS:
+                    words = f"takes {runs:,} runs at once in {len(self.cells):,} cells"
+                    faults.append(self.file.fault(f"{words}; allowed are {MOST_RUNS:,}", section, key))
+            for key, bounds in search.over.items():
+                if key in study.parameters or key == SEED:
+                    continue
+                for side in ("low", "high"):
+                    bound = getattr(bounds, side)
+                    cell = self.cells_at({key: int(bound) if bounds.whole else bound})[0]
+                    if about := self._faults_about(key, cell):
+                        faults.append(self.file.fault(about[0], section, "over", key, side))
+                        break
+        if faults:
+            raise ScenarioError(faults[:MOST_FAULTS])
+
+    def _faults_about(self, key: str, cell: Cell) -> list[str]:
+        """What is wrong with a cell because of one key by itself."""
+        try:
+            self.scenario(cell, self.seeds[0])
+        except ScenarioError as error:
+            return [
+                fault.message
+                for fault in error.faults
+                if fault.source == key or parse_key_path(fault.key) == parse_key_path(key)
+            ]
+        return []
 
     def own_metrics(self) -> list[Metric]:
         """Metrics that the plugins of its scenarios bring."""

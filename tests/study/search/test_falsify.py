@@ -100,7 +100,9 @@ def test_a_scenario_that_fails_as_it_stands_needs_no_search(tmp_path, compiled):
 def test_faults_have_their_place(tmp_path, change, expected):
     text = STUDY.replace(*change) if expected else STUDY[: STUDY.index("falsify:")]
     with pytest.raises(ScenarioError) as caught:
-        falsify_design(design(tmp_path, text), tmp_path / "out", here)
+        laid_out = design(tmp_path, text)
+        assert not expected, "whatever is done with the study"
+        falsify_design(laid_out, tmp_path / "out", here)
     found = [str(fault).removeprefix(f"{tmp_path / 'study.yaml'}:") for fault in caught.value.faults]
     wanted = expected or "2:8: study: has no section falsify"
     assert any(wanted in fault for fault in found), found
