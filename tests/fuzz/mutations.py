@@ -6,108 +6,14 @@ import copy
 import json
 import random
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 from ruamel.yaml import YAML
 
-TOKENS = [
-    "\t",
-    "\n",
-    "  ",
-    ":",
-    "- ",
-    "{",
-    "}",
-    "[",
-    "]",
-    "&a ",
-    "*a",
-    "<<: *a",
-    "!!python/object:os.system ",
-    "!!binary ",
-    "|\n",
-    ">\n",
-    "#",
-    "'",
-    '"',
-    "%YAML 1.1\n---\n",
-    "---\n",
-    "...\n",
-    "? ",
-    "\0",
-    "\ufeff",
-    "\u2028",
-    "\x85",
-    "é",
-    "🤖",
-    "1e999",
-    "-.inf",
-    ".nan",
-    "0x7fffffffffffffff",
-    "1_000",
-    "0o17",
-    "12:30:45",
-    "2026-11-21",
-    "yes",
-    "null",
-    "~",
-    "=",
-]
-VALUES: list[Any] = [
-    None,
-    True,
-    False,
-    0,
-    -1,
-    1,
-    2,
-    10**30,
-    -(10**30),
-    2**63,
-    0.0,
-    -0.0,
-    1e-308,
-    1e308,
-    float("inf"),
-    float("-inf"),
-    float("nan"),
-    "",
-    " ",
-    "t",
-    "sin(t)",
-    "1/t",
-    "__import__('os')",
-    "t**t**t",
-    "9**9**9**9",
-    "(" * 150,
-    "exp(exp(exp(t)))",
-    "x" * 300,
-    "../../etc/passwd",
-    "/dev/null",
-    "a/b",
-    "\u202e",
-    "\ud7ff",
-    [],
-    {},
-    [[]],
-    [{}],
-    [None],
-    {"a": {"b": {"c": 1}}},
-    [1] * 2000,
-    [[0.0, 0.0]] * 300,
-    "apd_smc",
-    "vertices",
-    {"law": "pd"},
-    {"behavior": "chords"},
-    "robots",
-    [1, 2],
-    [1, 2, 3],
-    ["t", "t"],
-    ["t/0", "0"],
-    ["sqrt(-1)", "log(0)"],
-    5000,
-    1e6,
-]
+PARTS = YAML(typ="safe").load(Path(__file__).with_suffix(".yaml"))
+TOKENS: list[str] = PARTS["tokens"]
+VALUES: list[Any] = [*PARTS["values"], "(" * 150, "x" * 300, [1] * 2000, [[0.0, 0.0]] * 300]
 
 
 def broken(text: str, dice: random.Random) -> str:
@@ -130,16 +36,9 @@ def _lines(text: str, dice: random.Random) -> str:
     lines = text.splitlines(keepends=True)
     for _ in range(dice.choice((1, 1, 3))):
         at = dice.randrange(len(lines))
-        lines[at : at + 1] = dice.choice(
-            (
-                [],
-                [lines[at]] * 2,
-                ["  " + lines[at]],
-                [lines[at].lstrip()],
-                [dice.choice(lines)],
-                [lines[at]] * 500,
-            )
-        )
+        line = lines[at]
+        ways = ([], [line] * 2, ["  " + line], [line.lstrip()], [dice.choice(lines)], [line] * 500)
+        lines[at : at + 1] = dice.choice(ways)
         if not lines:
             break
     return "".join(lines)
@@ -199,11 +98,7 @@ def _bomb(text: str, dice: random.Random) -> str:
 
 
 WAYS: tuple[Callable[[str, random.Random], str], ...] = (
-    _bytes,
-    _bytes,
-    _lines,
-    _structure,
-    _structure,
-    _structure,
+    *(_bytes, _bytes, _lines),
+    *(_structure, _structure, _structure),
     _bomb,
 )

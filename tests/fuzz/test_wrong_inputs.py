@@ -6,6 +6,7 @@ import re
 import signal
 import warnings
 from collections.abc import Iterator
+from itertools import combinations
 from pathlib import Path
 
 import pytest
@@ -13,7 +14,7 @@ import pytest
 import escort_mj
 from escort_mj.errors import EscortError
 from escort_mj.scenario.reader.load import parse_scenario
-from tests.fuzz.nonsense import FAULTS, PLAIN, nonsense
+from tests.fuzz.nonsense import FAULTS, PLAIN, with_all
 from tests.fuzz.robot_files import GOOD, mission_of, robot_file
 from tests.fuzz.test_loader import PATIENCE, ring
 
@@ -47,17 +48,16 @@ def test_what_is_plain_is_accepted() -> None:
 
 @pytest.mark.parametrize("fault", FAULTS)
 def test_nonsense_is_refused_with_its_place(fault: str) -> None:
-    for seed in range(3):
-        _, scenario = nonsense(random.Random(seed), [fault])
-        assert PLACE.match(refused(scenario)), seed
+    for way in FAULTS[fault]:
+        assert PLACE.match(refused(with_all(way))), way
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("block", range(8))
 def test_two_faults_at_once(block: int) -> None:
-    for seed in range(100 * block, 100 * block + 100):
-        faults, scenario = nonsense(random.Random(seed))
-        assert PLACE.match(refused(scenario)), (seed, faults)
+    pairs = [pair for pair in combinations(FAULTS, 2) if pair != ("a waypoint of one axis", "a path twice")]
+    for pair in pairs[block::48]:  # of the pair left out, the second mends the first
+        assert PLACE.match(refused(with_all(*(FAULTS[fault][-1] for fault in pair)))), pair
 
 
 @pytest.mark.parametrize(

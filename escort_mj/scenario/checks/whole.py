@@ -106,7 +106,8 @@ def check_size(mission: Mission) -> Iterator[Finding]:
         )
 
 
-AROUND = ("obstacles", "walls", "clutter", "environment", "opponents", "teams")
+# By physics, too: without it nobody has looked at the sizes of what is around.
+AROUND = ("obstacles", "walls", "clutter", "environment", "opponents", "teams", "physics")
 CLUTTERED = ("axes", "seed", "duration", "target", "robots")  # what clutter is drawn by, beside those
 Check = Callable[[Mission], Iterator[Finding]]
 

@@ -73,3 +73,9 @@ def test_the_video_shows_a_part_of_the_run(window: dict[str, float], key: str, w
     (finding,) = findings_between_keys(keys_of(video=window))
     assert (finding.path, finding.message) == (("video", key), words)
     assert findings_between_keys(keys_of(video={"start": 10.0, "end": 99.0})) == []
+
+
+def test_sizes_wait_for_the_physics_as_all_that_needs_them():
+    scenario = keys_of(obstacles=({"shape": "box", "position": (9.0, 9.0), "size": (1.0,)},))
+    assert findings_between_keys(scenario, wrong={"physics"}) == []
+    assert len(findings_between_keys(scenario)) == 1
