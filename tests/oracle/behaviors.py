@@ -20,7 +20,7 @@ from escort_mj.behaviors.intercept import Intercept
 from escort_mj.behaviors.orbit import Orbit
 from escort_mj.behaviors.repulsion import Repulsion
 from escort_mj.behaviors.spacing import TURN, Spacing
-from escort_mj.behaviors.surface import SOFT, Surface, _ahead, _margin, fitted
+from escort_mj.behaviors.surface import SOFT, Surface, _lead_radius, _margin, fitted
 from escort_mj.behaviors.vertices import Vertices
 from escort_mj.components.parameters import UNLIMITED
 from escort_mj.control.setup import Setup
@@ -519,15 +519,15 @@ def _team_tasks_of_surface(behavior: Surface, now: Situation) -> tuple[Task, ...
     """Return eq. 5: sigma = |q - c|^2 / 2 is to become radius^2 / 2, which may change."""
     sigma, jacobian = half_squared_distance(now.q, now.c)
     ahead: Array | float = now.radius
-    if behavior.changes:
-        ahead = _ahead(*radius_now(behavior, now), behavior.gain)
+    if behavior.has_own_radius:
+        ahead = _lead_radius(*radius_now(behavior, now), behavior.gain)
     return (Task(jacobian, behavior.gain * (0.5 * ahead**2 - sigma)),)
 
 
 @task_error.register
 def _error_of_surface(behavior: Surface, now: Situation) -> Array:
     """Return | |q - c| - radius |."""
-    radius = radius_now(behavior, now)[0] if behavior.changes else now.radius
+    radius = radius_now(behavior, now)[0] if behavior.has_own_radius else now.radius
     return np.abs(np.linalg.norm(now.q - now.c, axis=1) - radius)
 
 
