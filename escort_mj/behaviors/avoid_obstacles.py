@@ -55,7 +55,7 @@ class AvoidObstacles(Behavior):
     that robots do not stop in front of it (remark 6); 0: no minimum, so that only noise ends such a stop (the
     paper)."""
 
-    python_only: ClassVar[frozenset[str]] = frozenset({"behavior", "measure", "teammates"})
+    python_only: ClassVar[frozenset[str]] = frozenset({"measure", "teammates"})
 
     @staticmethod
     def margin(behaviors: Iterable[Behavior], radius: float) -> float:

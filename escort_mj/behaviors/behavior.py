@@ -35,6 +35,8 @@ class Behavior(Equations):
     what `at_least` makes. Kernels evaluate it for eight robots at once.
     """
 
+    plural: ClassVar[str] = "behaviors"
+    named_by: ClassVar[str] = "behavior"
     method: ClassVar[str] = "task"
     asks: ClassVar[tuple[str, ...]] = ("task",)
     reads: ClassVar[tuple[tuple[str, str], ...]] = tuple((name, name) for name in names_of(Robots))

@@ -41,7 +41,7 @@ class Chords(Behavior):
     """Spread the robots evenly with equal chords: over a ring in the plane, six on an octahedron in space."""
 
     spreads: ClassVar[bool] = True
-    python_only: ClassVar[frozenset[str]] = frozenset({"behavior", "order"})
+    python_only: ClassVar[frozenset[str]] = frozenset({"order"})
 
     behavior: Literal["chords"] = "chords"
     gain: PositiveFloat = 0.8

@@ -57,7 +57,7 @@ class Formation(Headed):
     """Keep each robot at its offset in a frame that moves, turns and scales."""
 
     python_only: ClassVar[frozenset[str]] = frozenset(
-        {"behavior", "offsets", "position", "waypoints", "interpolation", "heading", "scale", "reach"}
+        {"offsets", "position", "waypoints", "interpolation", "heading", "scale", "reach"}
     )
 
     behavior: Literal["formation"] = "formation"

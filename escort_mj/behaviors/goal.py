@@ -107,7 +107,7 @@ class Headed(Behavior):
 class Goal(Headed):
     """Send each robot to its own goal, directly or along waypoints."""
 
-    python_only: ClassVar[frozenset[str]] = frozenset({"behavior", "goals", "reach"})
+    python_only: ClassVar[frozenset[str]] = frozenset({"goals", "reach"})
 
     behavior: Literal["goal"] = "goal"
     goals: Goals

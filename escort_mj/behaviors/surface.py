@@ -61,7 +61,7 @@ class RadiusState(Fields):
 class Surface(Behavior):
     """Keep each robot at the mission's radius from the target, or at one of its own, which may change."""
 
-    python_only: ClassVar[frozenset[str]] = frozenset({"behavior", "radius", "fit", "least"})
+    python_only: ClassVar[frozenset[str]] = frozenset({"radius", "fit", "least"})
 
     behavior: Literal["surface"] = "surface"
     gain: PositiveFloat = 0.8

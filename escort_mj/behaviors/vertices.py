@@ -70,7 +70,7 @@ class Vertices(Behavior):
     """How vertices are assigned to robots: before the mission, from all initial positions (`nearest`), or by
     the robots themselves, which exchange bids (`auction`)."""
 
-    python_only: ClassVar[frozenset[str]] = frozenset({"behavior", "assignment"})
+    python_only: ClassVar[frozenset[str]] = frozenset({"assignment"})
 
     @property
     def bids(self) -> bool:

@@ -17,20 +17,11 @@ from escort_mj.recognize import scenario_names, scenarios_folder, study_names
 if TYPE_CHECKING:
     from escort_mj.study.checked import Case
 
-COMPONENTS = {
-    "laws": ("laws", "law"),
-    "behaviors": ("behaviors", "behavior"),
-    "outer-loops": ("outer_loops", "loop"),
-    "estimators": ("estimators", "estimator"),
-    "radios": ("radios", "radio"),
-    "sensors": ("sensors", "sensor"),
-    "policies": ("policies", "policy"),
-    "disturbances": ("disturbances", "disturbance"),
-    "robots": ("kinds", "kind"),
-    "failures": ("failures", "kind"),
-    "rules": ("rules", "quantity"),
-}
-"""Of components that a scenario asks for by a name: where the catalog has them, and the key of the name."""
+COMPONENTS = (
+    *("laws", "behaviors", "outer-loops", "estimators", "radios", "sensors", "policies", "disturbances"),
+    *("robots", "failures", "rules", "expectations"),
+)
+"""Kinds of components, each its `plural`, known here without their modules, which take long to import."""
 
 Read = tuple[str, list[str]]
 """What a file holds, in words, and what to know of it."""
@@ -125,32 +116,26 @@ def _described(names: Callable[[Path], list[str]]) -> Callable[[Sequence[str]], 
     return entries
 
 
-def _components(members: str, key: str) -> Callable[[Sequence[str]], Iterator[Listed]]:
-    """List the components that the catalog has under a name, sorted by the names that scenarios give them."""
+def _components(plural: str) -> Callable[[Sequence[str]], Iterator[Listed]]:
+    """List the components of a kind, sorted by the names that scenarios give them."""
 
     def entries(plugins: Sequence[str]) -> Iterator[Listed]:
+        from escort_mj.scenario.kinds import TABLES, name_of
         from escort_mj.scenario.reader.catalog import catalog_of, scenario_type_with
 
-        models = getattr(catalog_of(scenario_type_with(plugins)), members)
-        found = {str(model.model_fields[key].default): model for model in models}
-        for name, model in sorted(found.items()):
-            yield Listed(name, "", _first(model.__doc__ or ""))
+        (base,) = (base for base in TABLES if base.plural == plural)
+        for model in sorted(catalog_of(scenario_type_with(plugins)).of(base), key=name_of):
+            yield Listed(name_of(model), "", _first(model.__doc__ or ""))
 
     return entries
 
 
 def _metrics(plugins: Sequence[str]) -> Iterator[Listed]:
+    from escort_mj.metrics.metric import Metric
     from escort_mj.scenario.reader.catalog import catalog_of, scenario_type_with
 
-    for metric in catalog_of(scenario_type_with(plugins)).metrics:
+    for metric in catalog_of(scenario_type_with(plugins)).of(Metric):
         yield Listed(metric.name, metric.unit, metric.meaning, metric.span.words, metric.read)
-
-
-def _expectations(plugins: Sequence[str]) -> Iterator[Listed]:
-    from escort_mj.scenario.reader.catalog import catalog_of, scenario_type_with
-
-    for kind in catalog_of(scenario_type_with(plugins)).demands:
-        yield Listed(str(kind.kind), "", _first(kind.__doc__ or ""))
 
 
 def _signals(plugins: Sequence[str]) -> Iterator[Listed]:
@@ -186,9 +171,8 @@ def _first(text: str) -> str:
 LISTS: dict[str, Callable[[Sequence[str]], Iterator[Listed]]] = {
     "scenarios": _described(scenario_names),
     "studies": _described(study_names),
-    **{kind: _components(*told) for kind, told in COMPONENTS.items()},
+    **{plural: _components(plural) for plural in COMPONENTS},
     "metrics": _metrics,
-    "expectations": _expectations,
     "signals": _signals,
     "figures": _figures,
     "values": _values,

@@ -7,14 +7,13 @@ import re
 from collections.abc import Iterator
 from typing import Any, get_type_hints
 
-from escort_mj.components.component import Component
 from escort_mj.components.equations import Equations, kind_word
 from escort_mj.memory.layout import Plan, State
 from escort_mj.native.fields import Declared, declared
 from escort_mj.native.lanes import Lanes
 from escort_mj.native.values import Values
 from escort_mj.native.vectors import Vec
-from escort_mj.scenario.reader.plugin_shape import COMPONENTS
+from escort_mj.scenario.kinds import EQUATIONS
 
 FORMS = {
     Vec: "vector",
@@ -32,19 +31,10 @@ Row = tuple[str, str, str, str, str]
 
 def values_read() -> Iterator[Row]:
     """Yield everything that components of each kind can read."""
-    for base, (_, (_, argument, *_)) in COMPONENTS.items():
-        for name, form, unit, meaning in _read_by(base, argument):
-            yield kind_word(base), f"{argument}.{name}", form, unit, meaning
-
-
-def _read_by(base: type[Component], argument: str) -> Iterator[tuple[str, str, str, str]]:
-    given = base.view if argument == "view" else get_type_hints(getattr(base, base.method))[argument]
-    if issubclass(given, Values) and issubclass(base, Equations):
-        yield from _named(base)
-    elif issubclass(given, tuple):
-        yield from _viewed(base, given)
-    else:
-        yield from _computed(given)
+    for base in EQUATIONS:
+        given = get_type_hints(getattr(base, base.method))["r"]
+        for name, form, unit, meaning in _named(base) if issubclass(given, Values) else _computed(given):
+            yield kind_word(base), f"r.{name}", form, unit, meaning
 
 
 def _named(base: type[Equations]) -> Iterator[tuple[str, str, str, str]]:
@@ -55,21 +45,6 @@ def _named(base: type[Equations]) -> Iterator[tuple[str, str, str, str]]:
     for name, field, _ in base.names().rows:
         about = own[name][:2] if name in own else _about(fields[field])
         yield name, _form(fields[field], 1), *about
-
-
-def _viewed(base: type[Component], view: Any) -> Iterator[tuple[str, str, str, str]]:
-    """What are fields of memory, with those that the component writes."""
-    fields = declared(Plan) | declared(State)
-    for name in view._fields:
-        if name not in base.scratch:
-            unit, meaning = _about(fields[name])
-            shape = ", ".join("*".join(map(str, extent)) for extent in fields[name].shape)
-            yield (
-                name,
-                f"({shape})" if shape else "number",
-                unit,
-                "written: " * (name in base.outputs) + meaning,
-            )
 
 
 def _computed(given: type) -> Iterator[tuple[str, str, str, str]]:

@@ -7,7 +7,7 @@ from typing import Annotated, Any, ClassVar, Literal, NamedTuple, get_args, get_
 
 from pydantic import ConfigDict
 
-from escort_mj.components.parameters import NAME_KEYS, UNLIMITED, Parameters, Vector
+from escort_mj.components.parameters import UNLIMITED, Member, Vector
 from escort_mj.components.setup import MissionSetup
 from escort_mj.native.fields import Array, Fields, Value
 from escort_mj.native.kernels import DOUBLE, data_address, inlined, reachable
@@ -69,13 +69,11 @@ def derived_of(model: type) -> list[str]:
     return list(dict.fromkeys(found))
 
 
-class Component(Parameters):
+class Component(Member):
     """Base of laws and behaviors; kernels read parameters that are numbers, true or false, or choices."""
 
     model_config = ConfigDict(ignored_types=(Compiled, Derived))
 
-    method: ClassVar[str]
-    """Name of the method that a plugin writes."""
     view: ClassVar[type]
     """What the method is handed."""
     outputs: ClassVar[tuple[str, ...]]
@@ -91,8 +89,8 @@ class Component(Parameters):
     """Whether a plugin's method is compiled into the loop; else Python is called in every step."""
     digest: ClassVar[str] = ""
     """Identifies the plugin's content; set by what loads it."""
-    python_only: ClassVar[frozenset[str]] = frozenset(NAME_KEYS)
-    """Keys that kernels do not read."""
+    python_only: ClassVar[frozenset[str]] = frozenset()
+    """Keys that kernels do not read, beside its name."""
 
     @classmethod
     def numbers(cls) -> dict[str, type]:
@@ -103,7 +101,7 @@ class Component(Parameters):
         """
         found: dict[str, type] = dict.fromkeys(derived_of(cls), float)
         for name, field in cls.model_fields.items():
-            if name in cls.python_only:
+            if name in (cls.named_by, *cls.python_only):
                 continue
             kind: Any = Annotated[Array, "p"] if name in cls.vectors() else _kind_of(field.annotation)
             if kind not in (float, int, bool, Annotated[Array, "p"]):
@@ -136,7 +134,7 @@ class Component(Parameters):
     def unpacked(cls, values: dict[str, Any]) -> Any:
         """Return its parameters from numbers; it has no others."""
         found = cls.model_construct()
-        for name in cls.python_only.difference(NAME_KEYS):
+        for name in cls.python_only:
             del found.__dict__[name]
         for name, value in values.items():
             choices = choices_of(cls, name)

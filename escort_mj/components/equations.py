@@ -1,9 +1,11 @@
 """Components whose methods are equations between values, and numbers of their own that go with these."""
 
+import re
 from collections.abc import Callable
 from typing import Any, ClassVar, NamedTuple
 
 from escort_mj.components.component import Component
+from escort_mj.components.parameters import Member
 from escort_mj.native.values import Names
 
 
@@ -59,7 +61,8 @@ class Equations(Component):
         return {name: getattr(cls, name) for name in (*cls.asks, *(m + cls.moves for m in cls.memories()))}
 
 
-def kind_word(component: type[Component]) -> str:
-    """Return what kind of component a class is, in a word: the name of the base class of its kind."""
-    kinds = [each for each in component.__mro__ if issubclass(each, Component)]
-    return next(each for each in reversed(kinds) if each not in (Component, Equations)).__name__.lower()
+def kind_word(component: type[Any]) -> str:
+    """Return what kind of component a class is, in words: the name of the base class of its kind."""
+    kinds = [each for each in component.__mro__ if each not in (Member, Component, Equations)]
+    base = next((each for each in reversed(kinds) if issubclass(each, Member)), component)
+    return " ".join(re.findall("[A-Z][a-z]*", base.__name__)).lower()

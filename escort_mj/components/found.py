@@ -7,9 +7,9 @@ from importlib import import_module
 from pkgutil import iter_modules
 from typing import TypeVar
 
-from escort_mj.components.parameters import NAME_KEYS, Parameters
+from escort_mj.components.parameters import Member
 
-T = TypeVar("T", bound=Parameters)
+T = TypeVar("T", bound=Member)
 
 
 def found_in(package: str, path: Iterable[str], base: type[T]) -> tuple[type[T], ...]:
@@ -28,14 +28,5 @@ def found_in(package: str, path: Iterable[str], base: type[T]) -> tuple[type[T],
         if isinstance(member, type)
         and issubclass(member, base)
         and member.__module__ == module.__name__
-        and _name_of(member)
+        and member.own_name()
     )
-
-
-def _name_of(member: type[Parameters]) -> str | None:
-    """The name by which a scenario asks for a component; None for a base class."""
-    for key in NAME_KEYS:
-        if (field := member.model_fields.get(key)) is not None:
-            return field.default if isinstance(field.default, str) else None
-    kind = getattr(member, "kind", None)
-    return kind if isinstance(kind, str) else None

@@ -3,20 +3,16 @@
 import ast
 import inspect
 import textwrap
+from collections.abc import Callable, Sequence
 from functools import cache
 from itertools import pairwise
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, NamedTuple
 
 from pydantic import BaseModel, ConfigDict, Field
 
 if TYPE_CHECKING:
     from pydantic import GetJsonSchemaHandler
 
-NAME_KEYS = (
-    *("law", "behavior", "kind", "loop", "estimator", "policy", "radio"),
-    *("sensor", "disturbance", "quantity"),
-)
-"""Keys of tables that may be one of several: which one a table is."""
 UNLIMITED = 1e300  # stands for an infinite limit, which XML cannot hold
 TEXT = r"^[^\x00-\x08\x0b-\x1f\x7f-\x9f\ufffe\uffff]*$"  # what NetCDF and XML can hold
 
@@ -47,6 +43,49 @@ class Parameters(BaseModel):
         return schema
 
 
+class Member(Parameters):
+    """Base of tables of which one of several stands in a place; the base class of a kind tells them apart."""
+
+    plural: ClassVar[str] = ""
+    """What commands call the members."""
+    named_by: ClassVar[str] = ""
+    """Key with the name of a member, which is its default."""
+    default_name: ClassVar[str | None] = None
+    """Name of the member that a table without that key is; None where the key must be there."""
+    method: ClassVar[str] = ""
+    """Name of the method that every member has; empty where there is none."""
+    of_plugins: ClassVar[bool] = True
+    """Whether plugins may bring members."""
+
+    @classmethod
+    def own_name(cls) -> str | None:
+        """Return the name by which a scenario asks for it; None for a base class."""
+        name = cls.model_fields[cls.named_by].default if cls.named_by else None
+        return name if isinstance(name, str) else None
+
+
+class Members(NamedTuple):
+    """Marks the type of a key as that of the members of a kind: those of plugins may stand there, too.
+
+    Attributes:
+        base: The kind.
+        make: Makes the type, of the members.
+        known: The members.
+    """
+
+    base: type[Any]
+    make: Callable[[Sequence[Any]], Any]
+    known: tuple[Any, ...]
+
+
+def one_of(base: type[Any], make: Callable[[Sequence[Any]], Any], known: tuple[Any, ...]) -> Any:
+    """Return the type of a key that may be one of the members of a kind.
+
+    Arguments are those of `Members`.
+    """
+    return Annotated[make(known), Members(base, make, known)]
+
+
 def description_of(table: type[BaseModel], name: str) -> str:
     """Return what a field means: the docstring below it; empty where there is none.
 
@@ -56,11 +95,6 @@ def description_of(table: type[BaseModel], name: str) -> str:
     """
     field = table.model_fields[name]
     return field.description or next(filter(None, (_docstrings(each).get(name) for each in table.mro())), "")
-
-
-def kind_of(component: type[BaseModel]) -> str:
-    """Return what kind of component a class is, by the key that names it."""
-    return next(key for key in NAME_KEYS if key in component.model_fields)
 
 
 @cache

@@ -10,7 +10,7 @@ from typing import Any, Literal, NamedTuple, Protocol, Self, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from escort_mj.components.parameters import Parameters, kind_of
+from escort_mj.components.parameters import Parameters
 from escort_mj.numerics.formation import Arrangement
 from escort_mj.numerics.reform import Reforming
 from escort_mj.numerics.thomson import Figure, least_energy
@@ -260,7 +260,7 @@ class MissionSetup:
         rows, names = dict[str, Any](), list[str]()
         for member in (*laws, *self.disturbances):
             starts.append(len(rows))
-            names.append(getattr(member, kind_of(type(member))))
+            names.append(type(member).own_name())
             known = names.count(names[-1])
             label = names[-1] if known == 1 else f"{names[-1]}_{known}"
             rows |= {f"{label}.{key}": memory for key, memory in member.memories().items()}

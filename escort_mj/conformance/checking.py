@@ -8,7 +8,6 @@ from typing import Any, NamedTuple
 
 from escort_mj import stopping
 from escort_mj.behaviors.behavior import Behavior
-from escort_mj.components.parameters import NAME_KEYS
 from escort_mj.conformance.behaviors import check_behavior
 from escort_mj.conformance.disturbances import check_disturbance
 from escort_mj.conformance.estimators import check_estimator
@@ -116,7 +115,4 @@ def _told(plugin: Plugin, member: Any) -> str:
         return f"metric: {member.name} [{member.unit}], {member.meaning}"
     if issubclass(member, Expectation):
         return f"expectation: {member.kind}"
-    for key in NAME_KEYS:
-        if key in member.model_fields:
-            return f"{key}: {member.model_fields[key].default}, {plugin.identity[:19]}"
-    return plugin.identity[:19]
+    return f"{member.named_by}: {member.own_name()}, {plugin.identity[:19]}"

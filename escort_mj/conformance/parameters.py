@@ -8,7 +8,7 @@ from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
-from escort_mj.components.parameters import NAME_KEYS, description_of
+from escort_mj.components.parameters import Member, description_of
 from escort_mj.conformance.stand import CheckResult
 from escort_mj.scenario.schema.scenario import Scenario
 
@@ -16,16 +16,16 @@ UNIT = re.compile(r"\[[^\]]+\]")
 BOUNDS = {"minimum": ">=", "exclusiveMinimum": ">", "maximum": "<=", "exclusiveMaximum": "<"}
 
 
-def own_parameters(member: type[BaseModel]) -> list[str]:
+def own_parameters(member: type[Member]) -> list[str]:
     """The parameters that a member declares itself, beside those of its base class."""
     shared: set[str] = set()
     for base in member.__mro__[1:]:
         if base.__module__.startswith("escort_mj.") and issubclass(base, BaseModel):
             shared |= set(base.model_fields)
-    return [name for name in member.model_fields if name not in shared and name not in NAME_KEYS]
+    return [name for name in member.model_fields if name not in shared and name != member.named_by]
 
 
-def check_parameters(member: type[BaseModel], kind: type[Scenario]) -> Iterator[CheckResult]:
+def check_parameters(member: type[Member], kind: type[Scenario]) -> Iterator[CheckResult]:
     """Check the parameters of a member.
 
     Args:
@@ -61,7 +61,7 @@ def check_parameters(member: type[BaseModel], kind: type[Scenario]) -> Iterator[
     )
 
 
-def _takes(member: type[BaseModel], name: str, value: Any) -> bool:
+def _takes(member: type[Member], name: str, value: Any) -> bool:
     try:
         member.model_validate({name: value}, strict=True)
     except ValidationError:

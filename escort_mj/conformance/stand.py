@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from escort_mj.behaviors.behavior import Behavior
 from escort_mj.components.component import Component
-from escort_mj.components.parameters import kind_of
 from escort_mj.control.custom import native
 from escort_mj.control.outer_loops import OuterLoop
 from escort_mj.disturbances import Disturbance
@@ -239,10 +238,9 @@ def stands(member: type[Component], kind: type[Scenario]) -> Iterator[Stand]:
 
 def table_of(member: type[Any], axes: int) -> dict[str, Any]:
     """The table of a member as a scenario gives it: its name, and what it has to be given in so many axes."""
-    key = kind_of(member)
     vectors = member.vectors() if issubclass(member, Component) else ()
     vector = tuple(1.0 / (1.0 + axis) for axis in range(axes))
-    table = {key: member.model_fields[key].default, **dict.fromkeys(vectors, vector)}
+    table = {member.named_by: member.own_name(), **dict.fromkeys(vectors, vector)}
     if issubclass(member, Failure):
         return {**table, "robot": 1, "at": 0.5}
     return {**table, "below": 1.0} if issubclass(member, Rule) else table

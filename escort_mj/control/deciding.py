@@ -84,7 +84,7 @@ def _kernel_of(policy: type[Policy]) -> Callable[..., Any]:
         asked: int = decides(read(block_at(int(plan.mover_place[b]), plan), 0), policy_view(state), b)
         return asked
 
-    return on_demand_unrolled(reachable(ask, f"ask_{policy.model_fields['policy'].default}"))
+    return on_demand_unrolled(reachable(ask, f"ask_{policy.own_name()}"))
 
 
 _ask = one_of([*map(_kernel_of, POLICIES), custom_policy])

@@ -97,7 +97,7 @@ def _kernel_of(disturbance: type[Disturbance]) -> Callable[..., Any]:
         place = int(plan.disturbance_place[d])
         write(read(data_address(plan.parameters) + DOUBLE * place, 0), disturbance_view(state))
 
-    return on_demand_unrolled(reachable(push, f"push_by_{disturbance.model_fields['disturbance'].default}"))
+    return on_demand_unrolled(reachable(push, f"push_by_{disturbance.own_name()}"))
 
 
 _push = one_of([*map(_kernel_of, EQUATED), custom_disturbance])

@@ -150,7 +150,7 @@ def _kernel_of(failure: type[Failure]) -> Callable[..., Any]:
         view = failure_view(plan_at, state_at, state.q.shape[1])
         command(read(block_at(int(plan.failure_place[i]), plan), 0), view, i)
 
-    return inlined(reachable(fail, f"fail_by_{failure.model_fields['kind'].default}"))
+    return inlined(reachable(fail, f"fail_by_{failure.own_name()}"))
 
 
 _fail = one_of([*map(_kernel_of, FAILURES), custom_failure])

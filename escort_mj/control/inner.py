@@ -155,7 +155,7 @@ def _kernel_of(law: type[Law]) -> Callable[..., Any]:
     def force(place: int, plan: Plan, state: State) -> None:
         loop(place, plan, state)
 
-    return on_demand(reachable(force, f"force_of_{law.model_fields['law'].default}"))
+    return on_demand(reachable(force, f"force_of_{law.own_name()}"))
 
 
 @on_demand

@@ -212,7 +212,7 @@ def _kernel_of(estimator: type[Estimator]) -> Callable[..., Any]:
     def change(i: int, plan: Plan, state: State) -> None:
         update(read(block_at(plan.estimator_place, plan), 0), estimator_view(state), i)
 
-    return on_demand_unrolled(reachable(change, f"update_by_{estimator.model_fields['estimator'].default}"))
+    return on_demand_unrolled(reachable(change, f"update_by_{estimator.own_name()}"))
 
 
 _update = one_of([*map(_kernel_of, ESTIMATORS), custom_estimator])

@@ -35,7 +35,7 @@ def _kernel_of(radio: type[Radio]) -> Callable[..., Any]:
         view = radio_view(plan_at, state_at, state.q.shape[1])
         answer(read(block_at(plan.radio_place, plan), 0), view, question)
 
-    return on_demand(reachable(ask, f"ask_{radio.model_fields['radio'].default}"))
+    return on_demand(reachable(ask, f"ask_{radio.own_name()}"))
 
 
 _ask = one_of([*map(_kernel_of, RADIOS), custom_radio])

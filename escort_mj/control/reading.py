@@ -104,7 +104,7 @@ def _kernel_of(sensor: type[Sensor]) -> Callable[..., Any]:
         view = sensor_view(plan_at, state_at, state.q.shape[1])
         show(read(block_at(int(plan.own_sensor_place[s]), plan), 0), view, question)
 
-    return on_demand(reachable(ask, f"ask_{sensor.model_fields['sensor'].default}"))
+    return on_demand(reachable(ask, f"ask_{sensor.own_name()}"))
 
 
 @inlined

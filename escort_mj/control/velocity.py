@@ -73,7 +73,7 @@ def _kernel_of(loop: type[OuterLoop]) -> Callable[..., Any]:
     def finish(i: int, phase: int, plan: Plan, state: State) -> None:
         write(read(block_at(plan.outer_place, plan), 0), i, phase, plan, state)
 
-    return on_demand_unrolled(reachable(finish, f"finish_by_{loop.model_fields['loop'].default}"))
+    return on_demand_unrolled(reachable(finish, f"finish_by_{loop.own_name()}"))
 
 
 _finish = one_of([_kernel_of(loop) for loop in OUTER_LOOPS])

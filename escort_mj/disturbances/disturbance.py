@@ -92,6 +92,8 @@ class Disturbance(Equations):
     `r.gust`. It may have random numbers (`r.noise`) if it says `draws: ClassVar[bool] = True`.
     """
 
+    plural: ClassVar[str] = "disturbances"
+    named_by: ClassVar[str] = "disturbance"
     method: ClassVar[str] = "force"
     view: ClassVar[type] = DisturbanceView
     outputs: ClassVar[tuple[str, ...]] = ("disturbance_force", "component_rate")

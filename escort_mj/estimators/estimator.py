@@ -21,6 +21,9 @@ class Estimator(Equations):
     it hears a teammate.
     """
 
+    plural: ClassVar[str] = "estimators"
+    named_by: ClassVar[str] = "estimator"
+    default_name: ClassVar[str | None] = "predict"
     method: ClassVar[str] = "sees"
     view: ClassVar[type] = EstimatorView
     outputs: ClassVar[tuple[str, ...]] = ("belief", "belief_covariance", "belief_time", "belief_fix")

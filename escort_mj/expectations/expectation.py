@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, NamedTuple
 import numpy as np
 from pydantic import Field, NonNegativeFloat, PositiveFloat
 
-from escort_mj.components.parameters import TEXT, Parameters
+from escort_mj.components.parameters import TEXT, Member
 from escort_mj.measuring import EMPTY
 from escort_mj.metrics.metric import moment_in, names, number, text
 from escort_mj.metrics.watching import Watch
@@ -105,12 +105,14 @@ def nothing_found(why: str, unit: str = "") -> Judgment:
     return Judgment(False, why, unit=unit, unknown=True)
 
 
-class Expectation(Parameters):
+class Expectation(Member):
     """Base of every expectation; those of a window of time have `Windowed` as theirs, and so have plugins.
 
     A subclass has a name, `kind`, a key of that name, which tells it from other expectations, and `judge`.
     """
 
+    plural: ClassVar[str] = "expectations"
+    method: ClassVar[str] = "judge"
     kind: ClassVar[str]
     """The key that names it."""
     rank: ClassVar[float] = math.inf
@@ -127,6 +129,11 @@ class Expectation(Parameters):
     does."""
     skip: Annotated[str, Field(min_length=1, max_length=300, pattern=TEXT)] | None = None
     """Reason for skipping: the entry is not evaluated and counts as passed; null: it is evaluated."""
+
+    @classmethod
+    def own_name(cls) -> str | None:
+        """Return the key that names it; None for a base class."""
+        return getattr(cls, "kind", None)
 
     def judge(self, trace: Any) -> Judgment:
         """Whether it holds.

@@ -1,13 +1,15 @@
 """A bound on a metric."""
 
 import math
-from collections.abc import Iterator, Mapping
-from typing import Any, ClassVar, Literal
+from collections.abc import Iterator, Sequence
+from functools import cache
+from typing import Any, Literal
 
+from escort_mj.components.parameters import Members, one_of
 from escort_mj.errors import PluginCallError
 from escort_mj.expectations.bound import Limits, held_against, order_faults
 from escort_mj.expectations.expectation import Fault, Judgment, OfTeam, Windowed, not_judged
-from escort_mj.metrics import METRIC_NAMES, METRICS
+from escort_mj.metrics import METRICS
 from escort_mj.metrics.metric import Metric
 from escort_mj.metrics.watching import Watch
 from escort_mj.record.recording import is_log
@@ -17,16 +19,18 @@ OBSTACLE_DISTANCES = ("obstacle_clearance_min", "obstacle_distance_min")
 CLEARANCES = ("obstacle_clearance_min", "robot_clearance_min")
 
 
+def name_among(metrics: Sequence[Metric]) -> Any:
+    """Return the type of the name of one of some metrics."""
+    return Literal[tuple(metric.name for metric in metrics)]
+
+
 class MetricExpectation(OfTeam, Windowed):
     """A bound on one metric."""
 
     kind = "metric"
     rank = 10
 
-    definitions: ClassVar[Mapping[str, Metric]] = {metric.name: metric for metric in METRICS}
-    """All metrics by name."""
-
-    metric: Literal[METRIC_NAMES]  # type: ignore[valid-type]
+    metric: one_of(Metric, name_among, METRICS)  # type: ignore[valid-type]
     """Name of the metric."""
     at_most: float | None = None
     """Upper bound, in the metric's unit."""
@@ -70,7 +74,7 @@ class MetricExpectation(OfTeam, Windowed):
     @property
     def definition(self) -> Metric:
         """What it is a bound on."""
-        return self.definitions[self.metric]
+        return definitions(type(self))[self.metric]
 
     @property
     def in_unit(self) -> str:  # type: ignore[override]
@@ -146,3 +150,10 @@ class MetricExpectation(OfTeam, Windowed):
         least = self.definition.least if math.isfinite(self.definition.least) else 0.0
         bounds = [] if self.at_least is None else [Limits(self.at_least, False, least)]
         return bounds + ([] if self.at_most is None else [Limits(self.at_most, True, least)])
+
+
+@cache
+def definitions(kind: type[MetricExpectation]) -> dict[str, Metric]:
+    """Return the metrics that a type of expectations knows, by name."""
+    marks = kind.model_fields["metric"].metadata
+    return {metric.name: metric for mark in marks if isinstance(mark, Members) for metric in mark.known}

@@ -49,6 +49,9 @@ class Failure(Equations):
     to give from then on. Each value is that of one axis.
     """
 
+    plural: ClassVar[str] = "failures"
+    named_by: ClassVar[str] = "kind"
+    default_name: ClassVar[str | None] = "dead"
     method: ClassVar[str] = "command"
     view: ClassVar[type] = FailureView
     outputs: ClassVar[tuple[str, ...]] = ("failure_command",)

@@ -30,6 +30,9 @@ class Law(Equations):
     with the rate as `d_hat_rate(self, r)`; the value is `r.d_hat`.
     """
 
+    plural: ClassVar[str] = "laws"
+    named_by: ClassVar[str] = "law"
+    default_name: ClassVar[str | None] = "apd_smc"
     method: ClassVar[str] = "force"
     view: ClassVar[type] = LawView
     outputs: ClassVar[tuple[str, ...]] = LAW_OUTPUTS
@@ -76,7 +79,7 @@ class Law(Equations):
     @classmethod
     def title_of(cls) -> str:
         """Return what tables and figures call the law."""
-        return cls.title or str(cls.model_fields["law"].default)
+        return cls.title or str(cls.own_name())
 
     @classmethod
     def names(cls) -> Names:

@@ -16,6 +16,7 @@ from escort_mj.errors import EscortError, UsageError
 from escort_mj.expect.verdicts import Verdict, judge
 from escort_mj.measuring import measures_of, summarize
 from escort_mj.metrics.measure import Measure
+from escort_mj.metrics.metric import Metric
 from escort_mj.monitor.signals import START
 from escort_mj.native.on_demand import waited
 from escort_mj.plugin_calls import waiting_once
@@ -247,7 +248,7 @@ def sum_up(scenario: Scenario, recording: Recording, outcome: Outcome, message: 
     """
     times = recording["time"].values
     steps = round(float(times[-1]) / scenario.physics.timestep) + 1 if len(times) else 0
-    known = catalog_of(scenario).metrics
+    known = catalog_of(scenario).of(Metric)
     wanted = {one.subject for one in scenario.expect}
     with waiting_once():
         measures = measures_of(recording, known, wanted)

@@ -5,7 +5,7 @@ from typing import Annotated, ClassVar, Literal, Self
 
 from pydantic import Field, PositiveFloat, PrivateAttr
 
-from escort_mj.components.component import Component, Derived
+from escort_mj.components.component import Derived
 from escort_mj.native.vectors import Vec, dot, norm
 from escort_mj.policies.body import Body
 from escort_mj.policies.directions import NEAR
@@ -20,7 +20,7 @@ class Follow(Policy):
     if the leader comes closer.
     """
 
-    python_only: ClassVar[frozenset[str]] = Component.python_only | {"leader"}
+    python_only: ClassVar[frozenset[str]] = Policy.python_only | {"leader"}
     policy: Literal["follow"] = "follow"
     leader: str = "robot_1"
     """Name of the leader, as in verdicts: `robot_1` and so on, `target`, or the name of an obstacle, of a

@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
-from escort_mj.components.component import Component
 from escort_mj.components.equations import Memory
 from escort_mj.components.parameters import Parameters
 from escort_mj.native.fields import Array
@@ -62,7 +61,7 @@ class Learned(Policy):
     than four robots, the remaining inputs are 0.
     """
 
-    python_only: ClassVar[frozenset[str]] = Component.python_only | {"network"}
+    python_only: ClassVar[frozenset[str]] = Policy.python_only | {"network"}
     until: ClassVar[Memory] = Memory("s", "time of the next evaluation")
     share: ClassVar[Memory] = Memory("1", "velocity as a share of the speed", vector=True)
     policy: Literal["learned"] = "learned"

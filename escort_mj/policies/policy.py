@@ -26,6 +26,8 @@ class Policy(Equations):
     as its force limit allows, and MuJoCo's contacts have the last word.
     """
 
+    plural: ClassVar[str] = "policies"
+    named_by: ClassVar[str] = "policy"
     method: ClassVar[str] = "velocity"
     view: ClassVar[type] = PolicyView
     outputs: ClassVar[tuple[str, ...]] = ("mover_wish", "policy_memory_next")

@@ -147,6 +147,9 @@ class Radio(Equations):
     of its own, it keeps for each link, and moves on when a message passes there.
     """
 
+    plural: ClassVar[str] = "radios"
+    named_by: ClassVar[str] = "radio"
+    default_name: ClassVar[str | None] = "periodic"
     method: ClassVar[str] = "sends"
     view: ClassVar[type] = RadioView
     outputs: ClassVar[tuple[str, ...]] = ("message_due", "message_lost", "message_delay", "link_memory_next")

@@ -5,7 +5,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import ClassVar, NamedTuple
 from xml.etree.ElementTree import Element
 
-from escort_mj.components.parameters import Parameters
+from escort_mj.components.parameters import Member
 from escort_mj.mjcf import set_attributes
 from escort_mj.robots.attitude import Craft
 from escort_mj.robots.drive import DriveModel
@@ -32,7 +32,7 @@ class Motor(NamedTuple):
     start: float = 0.0
 
 
-class RobotKind(Parameters):
+class RobotKind(Member):
     """What a robot is, beside mass, radius and motors, which every kind has.
 
     A subclass has a key `kind` with its name, parameters, and a body: `part`, the name of a file in
@@ -41,6 +41,9 @@ class RobotKind(Parameters):
     axis of the mission.
     """
 
+    plural: ClassVar[str] = "robots"
+    named_by: ClassVar[str] = "kind"
+    method: ClassVar[str] = "shape"
     part: ClassVar[str] = ""
     """Name of the file in `models/` with its body and motors."""
     mjcf: ClassVar[str] = ""

@@ -23,6 +23,8 @@ class Rule(Equations):
     returns a number for each robot. Kernels evaluate it for eight robots at once.
     """
 
+    plural: ClassVar[str] = "rules"
+    named_by: ClassVar[str] = "quantity"
     method: ClassVar[str] = "value"
     asks: ClassVar[tuple[str, ...]] = ("value",)
     reads: ClassVar[tuple[tuple[str, str], ...]] = tuple((name, name) for name in names_of(Robots))

@@ -52,6 +52,8 @@ class Sensor(Equations):
     moves on with every physics step; runs record it.
     """
 
+    plural: ClassVar[str] = "sensors"
+    named_by: ClassVar[str] = "sensor"
     method: ClassVar[str] = "shows"
     view: ClassVar[type] = SensorView
     outputs: ClassVar[tuple[str, ...]] = ("sensor_shown", "sensor_memory_next")

@@ -1,7 +1,7 @@
 import json
-from dataclasses import fields
 
-from escort_mj.scenario.reader.catalog import BUILT_IN
+from escort_mj.metrics.metric import Metric
+from escort_mj.scenario.kinds import KINDS
 from tests.test_cli import call
 
 
@@ -27,7 +27,6 @@ def test_each_component_is_listed_once_under_its_kind(monkeypatch, capfd, tmp_pa
     told = {kind: [entry["name"] for entry in entries] for kind, entries in json.loads(out)["found"].items()}
     assert code == 0 and told["failures"] == ["dead", "mad", "stuck"] and "robots_lost" in told["rules"]
     assert "far" in told["metrics"] and not {*told["failures"]} & {*told["robots"]}
-    kinds = {"kinds": "robots", "outer_loops": "outer-loops", "demands": "expectations"}
-    for name in {field.name for field in fields(BUILT_IN)} - {"plugins"}:
-        brought = name == "metrics"
-        assert len({*told[kinds.get(name, name)]}) == len(getattr(BUILT_IN, name)) + brought, name
+    for base, members in KINDS.items():
+        plural = getattr(base, "plural", "metrics")
+        assert len({*told[plural]}) == len(members) + (base is Metric), plural

@@ -6,12 +6,10 @@ import pytest
 from typer.testing import CliRunner
 
 import escort_mj
-from escort_mj.behaviors.robots import Robots
 from escort_mj.cli import app
 from escort_mj.cli.values import values_read
-from escort_mj.components.equations import Equations, kind_word
-from escort_mj.native.values import names_of
-from escort_mj.scenario.reader.plugin_shape import COMPONENTS
+from escort_mj.components.equations import kind_word
+from escort_mj.scenario.kinds import EQUATIONS
 from tests.docs.pages import DOCS, PAGES, REFERENCE, text_of
 
 HELD = {
@@ -34,13 +32,9 @@ def test_a_page_is_what_the_program_prints(page: str) -> None:
 def test_every_value_that_a_component_can_read_has_a_line_and_a_meaning() -> None:
     rows = [*values_read()]
     assert all(form and meaning for _, _, form, _, meaning in rows)
-    for base, (_, (_, argument, *_)) in COMPONENTS.items():
-        told = [name.removeprefix(f"{argument}.") for each, name, *_ in rows if each == kind_word(base)]
-        known = names_of(Robots)
-        if argument == "view":
-            known = base.view._fields
-        elif issubclass(base, Equations):
-            known = base.names().known
+    for base in EQUATIONS:
+        told = [name.removeprefix("r.") for each, name, *_ in rows if each == kind_word(base)]
+        known = base.names().known
         assert len(told) == len(set(told)) and set(told) >= set(known) - set(base.scratch), base
 
 

@@ -23,6 +23,10 @@ class OuterLoop(Component):
     robots i to i + 7, as far as the phase rules them.
     """
 
+    plural: ClassVar[str] = "outer-loops"
+    named_by: ClassVar[str] = "loop"
+    default_name: ClassVar[str | None] = "set_based"
+    of_plugins: ClassVar[bool] = False
     title: ClassVar[str]
     """What tables and figures call it."""
     composes: ClassVar[bool] = True

@@ -4,54 +4,24 @@ A set of plugins makes a type of scenario of its own, derived from `Scenario`: t
 laws and behaviors may stand. Everything else follows from the type: checks, messages, schema, handbook.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import lru_cache, reduce
+from operator import or_
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, Literal
+from types import UnionType
+from typing import Annotated, Any, ClassVar, Union, get_args, get_origin
 
 from pydantic import BaseModel, Field, create_model
 
-from escort_mj.behaviors import BEHAVIORS
-from escort_mj.behaviors.behavior import Behavior
-from escort_mj.behaviors.task import MAX_LEVELS
-from escort_mj.control.outer_loops import OUTER_LOOPS
-from escort_mj.disturbances import DISTURBANCES, Disturbance
+from escort_mj.components.equations import kind_word
+from escort_mj.components.parameters import Members, one_of
 from escort_mj.errors import PluginError
-from escort_mj.estimators import ESTIMATORS, Estimator
-from escort_mj.expectations import EXPECTATIONS
-from escort_mj.expectations.expectation import Expectation
-from escort_mj.expectations.metric import MetricExpectation
-from escort_mj.failures import FAILURES, Failure
-from escort_mj.laws import LAWS
-from escort_mj.laws.law import Law
-from escort_mj.metrics import METRICS
-from escort_mj.metrics.metric import Metric
-from escort_mj.policies import POLICIES, Policy
-from escort_mj.radios import RADIOS, Radio
-from escort_mj.robots import KINDS, RobotKind
-from escort_mj.rules import RULES, Rule
 from escort_mj.scenario.findings import Finding
+from escort_mj.scenario.kinds import KINDS, TABLES, name_of
 from escort_mj.scenario.reader.plugins import Plugin, load_all, load_plugin, source_of
-from escort_mj.scenario.schema.expectations import expectation_of
-from escort_mj.scenario.schema.fields import one_of_kinds
-from escort_mj.scenario.schema.knowledge import Knowledge
-from escort_mj.scenario.schema.opponents import Opponents
 from escort_mj.scenario.schema.plugin_source import PluginSource
-from escort_mj.scenario.schema.robots import RobotOverride, Robots
-from escort_mj.scenario.schema.scenario import (
-    MOST_DISTURBANCES,
-    Mission,
-    Phase,
-    Scenario,
-    Target,
-    Uncertainty,
-)
-from escort_mj.scenario.schema.sensing import Sensing, sensor_of
-from escort_mj.scenario.schema.teams import MOST_TARGETS, MOST_TEAMS, Team, TeamTarget
-from escort_mj.sensors import QUANTITIES, SENSORS, Sensor
-
-Members = tuple[type[Any], ...]
+from escort_mj.scenario.schema.scenario import Scenario
 
 
 @dataclass(frozen=True)
@@ -60,35 +30,15 @@ class Catalog:
 
     Attributes:
         plugins: What is loaded beside what comes with the package.
-        laws: Of the inner loop.
-        behaviors: Of the outer loop.
-        policies: Of targets and opponents.
-        estimators: Of what robots know.
-        radios: Of messages between them.
-        disturbances: Of robots.
-        sensors: Of what robots measure.
-        failures: Of motors.
-        rules: Of the supervisor.
-        kinds: Of robots.
-        demands: Kinds of expectations.
-        metrics: What sums up a run.
-        outer_loops: What composes behaviors; plugins bring none.
+        members: Of each kind, in the order of `KINDS`.
     """
 
     plugins: tuple[Plugin, ...] = ()
-    laws: Members = LAWS
-    behaviors: Members = BEHAVIORS
-    policies: Members = POLICIES
-    estimators: Members = ESTIMATORS
-    radios: Members = RADIOS
-    disturbances: Members = DISTURBANCES
-    sensors: Members = SENSORS
-    failures: Members = FAILURES
-    rules: Members = RULES
-    kinds: Members = KINDS
-    demands: Members = EXPECTATIONS
-    metrics: tuple[Metric, ...] = METRICS
-    outer_loops: Members = OUTER_LOOPS
+    members: tuple[tuple[Any, ...], ...] = tuple(KINDS.values())
+
+    def of(self, base: type[Any]) -> tuple[Any, ...]:
+        """Return the members of a kind."""
+        return self.members[[*KINDS].index(base)]
 
 
 BUILT_IN = Catalog()
@@ -116,43 +66,20 @@ def assemble(plugins: Sequence[Plugin]) -> Catalog:
     Raises:
         PluginError: If two have the same name.
     """
-
-    def merged(
-        what: str, base: type[Any], own: Sequence[Any], name_of: Callable[[Any], str]
-    ) -> tuple[Any, ...]:
-        owners = {name_of(member): "escort_mj itself" for member in own}
-        members = [*own]
+    members = []
+    for base, own in KINDS.items():
+        found, owners = [*own], {name_of(member): "escort_mj itself" for member in own}
         for plugin in plugins:
             for member in plugin.of(base):
                 if (name := name_of(member)) in owners:
                     raise PluginError(
-                        f"{plugin.name}: the {what} {name} is there already, in {owners[name]}; "
+                        f"{plugin.name}: the {kind_word(base)} {name} is there already, in {owners[name]}; "
                         "choose another name"
                     )
                 owners[name] = plugin.name
-                members.append(member)
-        return tuple(members)
-
-    return Catalog(
-        tuple(plugins),
-        merged("law", Law, LAWS, _default_of("law")),
-        merged("behavior", Behavior, BEHAVIORS, _default_of("behavior")),
-        merged("policy", Policy, POLICIES, _default_of("policy")),
-        merged("estimator", Estimator, ESTIMATORS, _default_of("estimator")),
-        merged("radio", Radio, RADIOS, _default_of("radio")),
-        merged("disturbance", Disturbance, DISTURBANCES, _default_of("disturbance")),
-        merged("sensor", Sensor, SENSORS, _default_of("sensor")),
-        merged("failure", Failure, FAILURES, _default_of("kind")),
-        merged("rule", Rule, RULES, _default_of("quantity")),
-        merged("kind", RobotKind, KINDS, _default_of("kind")),
-        merged("expectation", Expectation, EXPECTATIONS, lambda model: str(model.kind)),
-        merged("metric", Metric, METRICS, lambda metric: str(metric.name)),
-    )
-
-
-def _default_of(key: str) -> Callable[[Any], str]:
-    """A function that gives a table's name, which a key of it has as its default."""
-    return lambda model: str(model.model_fields[key].default)
+                found.append(member)
+        members.append(tuple(found))
+    return Catalog(tuple(plugins), tuple(members))
 
 
 @lru_cache(maxsize=64)
@@ -160,69 +87,46 @@ def scenario_type(catalog: Catalog) -> type[Scenario]:
     """The type of scenarios that may name what a catalog has."""
     if not catalog.plugins:
         return Scenario
-    behaviors: Any = Annotated[
-        tuple[one_of_kinds(catalog.behaviors, "behavior"), ...],  # type: ignore[misc]
-        Field(min_length=1, max_length=MAX_LEVELS),
-    ]
-    phase = _with(Phase, behaviors=behaviors, when=one_of_kinds(catalog.rules, "quantity") | None)
-    phases = Annotated[tuple[phase, ...], Field(max_length=32)]  # type: ignore[valid-type]
-    mission = _with(Mission, behaviors=behaviors, supervisor=phases)
-    policy = one_of_kinds(catalog.policies, "policy")
-    target, quarry = _with(Target, policy=policy | None), _with(TeamTarget, policy=policy | None)
-    opponents = _with(Opponents, policy=policy)
-    quarries = Annotated[tuple[quarry, ...], Field(min_length=1, max_length=MOST_TARGETS)]  # type: ignore[valid-type]
-    law = one_of_kinds(catalog.laws, "law", "apd_smc")
-    team = _with(Team, targets=quarries, controller=law | None)
-    knowledge = _with(Knowledge, estimator=one_of_kinds(catalog.estimators, "estimator", "predict"))
-    radio = one_of_kinds(catalog.radios, "radio", "periodic")
-    forces: Any = tuple[one_of_kinds(catalog.disturbances, "disturbance"), ...]  # type: ignore[misc]
-    uncertainty = _with(Uncertainty, disturbances=Annotated[forces, Field(max_length=MOST_DISTURBANCES)])
-    sensing = _with(Sensing, **{quantity: sensor_of(quantity, catalog.sensors) for quantity in QUANTITIES})
-    robot: Any = one_of_kinds(catalog.kinds, "kind")
-    override = _with(RobotOverride, kind=robot | None)
-    failure: Any = one_of_kinds(catalog.failures, "kind", "dead")
-    robots = _with(
-        Robots,
-        kind=robot,
-        overrides=tuple[override, ...],  # type: ignore[valid-type]
-        failures=tuple[failure, ...],
-    )
-    metric = _with(MetricExpectation, metric=Literal[tuple(each.name for each in catalog.metrics)])
-    metric.definitions = {each.name: each for each in catalog.metrics}
-    demands = [metric if each is MetricExpectation else each for each in catalog.demands]
-    expect: Any = tuple[expectation_of(demands), ...]  # type: ignore[misc]
-    made = _with(
-        Extended,
-        expect=expect,
-        robots=robots,
-        target=target | None,
-        opponents=Annotated[tuple[opponents, ...], Field(max_length=20)],  # type: ignore[valid-type]
-        teams=Annotated[tuple[team, ...], Field(max_length=MOST_TEAMS)],  # type: ignore[valid-type]
-        knowledge=knowledge | None,
-        communication=radio | None,
-        uncertainty=uncertainty,
-        sensing=sensing,
-        controller=law,
-        mission=mission,
-    )
+    made: Any = _extended_table(Extended, catalog)
     made.__name__ = made.__qualname__ = Scenario.__name__
     made.catalog = catalog
     return made
 
 
-def _with(base: type[Any], **types: Any) -> type[Any]:
+def _extended(kind: Any, catalog: Catalog) -> Any:
+    """The type of a value, in which the members that a catalog has may stand; the same if it has no more."""
+    if isinstance(kind, type) and issubclass(kind, BaseModel):
+        return _extended_table(kind, catalog)
+    parts, origin = get_args(kind), get_origin(kind)
+    mark = next((each for each in parts if isinstance(each, Members)), None)
+    if mark is not None:
+        members = catalog.of(mark.base)
+        if mark.base in TABLES:
+            members = tuple(_extended_table(member, catalog) for member in members)
+        return kind if members == mark.known else one_of(mark.base, mark.make, members)
+    made = tuple(_extended(part, catalog) for part in parts)
+    if made == parts:
+        return kind
+    return reduce(or_, made) if origin in (Union, UnionType) else origin[made]
+
+
+def _extended_table(table: type[Any], catalog: Catalog) -> type[Any]:
     """A table whose keys have other types; what they mean and their defaults stay."""
     fields: dict[str, Any] = {}
-    for name, kind in types.items():
-        field = base.model_fields[name]
-        told: dict[str, Any] = {}
+    for name, field in table.model_fields.items():
+        kind = Annotated[(field.annotation, *field.metadata)] if field.metadata else field.annotation
+        if (extended := _extended(kind, catalog)) is kind:
+            continue
+        told: dict[str, Any] = {"description": field.description} if field.description else {}
         if not field.is_required():
             default = field.default
-            is_table = isinstance(default, BaseModel) and isinstance(kind, type)
-            told["default"] = kind() if is_table else default
-        fields[name] = (kind, Field(**told))
-    made: type[Any] = create_model(base.__name__, __base__=base, __module__=base.__module__, **fields)
-    made.__doc__ = base.__doc__
+            is_table = isinstance(default, BaseModel) and isinstance(extended, type)
+            told["default"] = extended() if is_table else default
+        fields[name] = (extended, Field(**told))
+    if not fields:
+        return table
+    made: type[Any] = create_model(table.__name__, __base__=table, __module__=table.__module__, **fields)
+    made.__doc__ = table.__doc__
     return made
 
 

@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 from pydantic import BaseModel
 
-from escort_mj.components.parameters import NAME_KEYS
 from escort_mj.expectations import EXPECTATIONS
 from escort_mj.laws.gains import LAWS_WITH_A_RULE
+from escort_mj.scenario.kinds import NAME_KEYS
 from escort_mj.scenario.reader.document import plain_scalar
 from escort_mj.scenario.reader.files.paths import tag_of
 from escort_mj.scenario.reader.gains import AUTO, KEY

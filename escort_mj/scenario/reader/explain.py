@@ -9,6 +9,7 @@ from typing import Any
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
+from escort_mj.expectations import Expectation
 from escort_mj.scenario.findings import Finding, Path, did_you_mean, listed, shown
 from escort_mj.scenario.reader.catalog import catalog_of
 from escort_mj.scenario.reader.files.paths import Location, locate, member_name
@@ -42,7 +43,7 @@ def _finding(details: ErrorDetails, data: Any, root: type[BaseModel]) -> Finding
     if kind == "missing":
         return Finding(path, f"is missing{_meaning(location)}")
     if kind == "kind":
-        return Finding(path, _no_kind(found, [each.kind for each in catalog_of(root).demands]))
+        return Finding(path, _no_kind(found, [each.kind for each in catalog_of(root).of(Expectation)]))
     if kind.startswith("union_tag"):
         return _wrong_tag(path, context, data)
     if kind == "literal_error":

@@ -7,8 +7,8 @@ import re
 from collections.abc import Iterator
 from typing import Any
 
-from escort_mj.components.parameters import NAME_KEYS
 from escort_mj.record.tables import markdown
+from escort_mj.scenario.kinds import NAME_KEYS
 from escort_mj.scenario.reader.dump import flow, json_schema
 from escort_mj.scenario.schema.scenario import Scenario
 

@@ -9,7 +9,7 @@ from typing import Any, get_type_hints
 
 from escort_mj import stopping
 from escort_mj.behaviors.behavior import Avoidance
-from escort_mj.components.parameters import kind_of
+from escort_mj.components.parameters import Member
 from escort_mj.errors import PluginError
 from escort_mj.metrics.metric import number
 from escort_mj.plugin_calls import place_of, step
@@ -18,7 +18,7 @@ MOST = 1000  # coordinates, motors
 NOT_NEGATIVE = ("period", "longest", "late", "deviation", "variance", "density")
 
 
-def guard(member: type[Any], base: type[Any], left_out: Collection[str] = ()) -> None:
+def guard(member: type[Member], base: type[Any], left_out: Collection[str] = ()) -> None:
     """Have whatever goes wrong in a member's own methods become a `PluginError`, with file and line.
 
     Args:
@@ -36,9 +36,9 @@ def guard(member: type[Any], base: type[Any], left_out: Collection[str] = ()) ->
 
 
 def _guarded(
-    member: type[Any], name: str, function: Callable[..., Any], of_base: Callable[..., Any]
+    member: type[Member], name: str, function: Callable[..., Any], of_base: Callable[..., Any]
 ) -> Callable[..., Any]:
-    key = kind_of(member)
+    key = member.named_by
     wanted = get_type_hints(of_base).get("return") if isfunction(of_base) else None
     first = True
 

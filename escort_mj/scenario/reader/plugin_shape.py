@@ -12,7 +12,7 @@ from pydantic import ValidationError
 from escort_mj.behaviors.behavior import Behavior
 from escort_mj.components.component import Compiled, Component
 from escort_mj.components.equations import Equations, kind_word
-from escort_mj.components.parameters import Parameters
+from escort_mj.components.parameters import Member, Parameters
 from escort_mj.disturbances import Disturbance
 from escort_mj.errors import PluginError
 from escort_mj.estimators import Estimator
@@ -23,27 +23,14 @@ from escort_mj.knowledge.sight import MEASURES
 from escort_mj.laws.law import Law
 from escort_mj.metrics.metric import Metric
 from escort_mj.policies import Policy
-from escort_mj.radios import Radio
 from escort_mj.robots import RobotKind
-from escort_mj.rules import Rule
 from escort_mj.scenario.findings import did_you_mean, listed
+from escort_mj.scenario.kinds import kind_of
 from escort_mj.sensors import QUANTITIES, Sensor
 from escort_mj.signals import SIGNALS
 
 NAME = re.compile(r"[a-z][a-z0-9_]{0,39}\Z")
-COMPONENTS: dict[type[Component], tuple[str, list[str]]] = {
-    Law: ("law", ["self", "r"]),
-    Behavior: ("behavior", ["self", "r"]),
-    Policy: ("policy", ["self", "r"]),
-    Estimator: ("estimator", ["self", "r"]),
-    Radio: ("radio", ["self", "r"]),
-    Disturbance: ("disturbance", ["self", "r"]),
-    Sensor: ("sensor", ["self", "r"]),
-    Failure: ("kind", ["self", "r"]),
-    Rule: ("quantity", ["self", "r"]),
-}
-"""Key of the name, and what the method is called with."""
-OLD: dict[type[Component], tuple[str, str]] = {
+OLD: dict[type[Equations], tuple[str, str]] = {
     Behavior: ("wish", "which returns keep(...), across(...), move(...) or at_least(...)"),
     Policy: ("velocity", "which returns a vector; acts(self, r) says whether it acts"),
     Estimator: ("update", "and hears(self, r), which return beliefs"),
@@ -66,10 +53,10 @@ def check_shape(model: type[Any], source: str) -> None:
     if hidden := [key for key, field in fields.items() if hasattr(type(field.default), "__get__")]:
         raise PluginError(f"{place}: {hidden[0]} is a key that it inherits; choose another name")
     _check_settings(model, place)
-    if issubclass(model, Component):
-        check_name(model, _called(model)[0], place)
+    if issubclass(model, Equations):
+        check_name(model, place)
         _check_old(model, place)
-        _check_equations(model, place) if issubclass(model, Equations) else _check_method(model, place)
+        _check_equations(model, place)
         try:
             model.numbers()
         except TypeError as error:
@@ -77,7 +64,7 @@ def check_shape(model: type[Any], source: str) -> None:
     if issubclass(model, Behavior):
         _check_signature(model.avoidance, ["self", "setup"], place)
     if issubclass(model, RobotKind):
-        check_name(model, "kind", place)
+        check_name(model, place)
         if not (model.mjcf or model.part):
             raise PluginError(f'{place}: has no body; give it  mjcf = "<mujoco> ... </mujoco>"')
     if issubclass(model, Expectation):
@@ -157,8 +144,9 @@ def _check_expectation(model: type[Expectation], place: str) -> None:
     _check_signature(model.judge, ["self", "trace"], place)
 
 
-def check_name(model: type[Any], key: str, place: str) -> None:
+def check_name(model: type[Member], place: str) -> None:
     """A class says its name: a key whose only value is its default."""
+    key = model.named_by
     field = model.model_fields[key]
     names = get_args(field.annotation) if get_origin(field.annotation) is Literal else ()
     if len(names) != 1 or field.default != names[0]:
@@ -174,7 +162,7 @@ def check_name(model: type[Any], key: str, place: str) -> None:
 def check_defaults(model: type[Any], place: str) -> None:
     """Every parameter of its own but a vector, which fits some axes only, has a default."""
     vectors = model.vectors() if issubclass(model, Component) else []
-    base = next((base for base in COMPONENTS if issubclass(model, base)), Parameters)
+    base: type[Parameters] = kind_of(model) if issubclass(model, Equations) else Parameters
     for name, field in model.model_fields.items():
         if field.is_required() and name not in (*vectors, *base.model_fields):
             raise PluginError(f"{place}: the parameter {name} has no default")
@@ -191,7 +179,7 @@ def check_defaults(model: type[Any], place: str) -> None:
 def _check_equations(model: type[Equations], place: str) -> None:
     """Its equations are there, and take what they are called with."""
     own = [name for name, value in vars(model).items() if callable(value) and not name.startswith("_")]
-    base = next(base for base in COMPONENTS if issubclass(model, base))
+    base = kind_of(model)
     if "memories" in vars(model):
         words = f'd_hat: ClassVar[Memory] = Memory("N", "disturbance"), and d_hat{model.moves}(self, r)'
         raise PluginError(f"{place}: found memories; expected one line for each, such as {words}")
@@ -241,23 +229,12 @@ def estimable(unit: str) -> list[str]:
     return [each.name for each in SIGNALS if each.dims == ("robot", "axis") and each.unit == unit]
 
 
-def _check_method(model: type[Component], place: str) -> None:
-    """Its method is there, and takes what it is called with."""
-    wanted = ", ".join(_called(model)[1])
-    method = getattr(model, model.method, None)
-    if method is None:
-        own = [name for name, value in vars(model).items() if callable(value) and not name.startswith("_")]
-        hint = f"; it has {listed(own)}{did_you_mean(model.method, own)}" if own else ""
-        raise PluginError(f"{place}: has no {model.method}({wanted}){hint}")
-    _check_signature(method, _called(model)[1], place)
-
-
-def _check_old(model: type[Component], place: str) -> None:
+def _check_old(model: type[Equations], place: str) -> None:
     """It is not written as components once were, and leaves alone what says how it is called."""
     for name in ("method", "view", "outputs", "scratch", "answers", "gives", "digest"):
         if name in vars(model):
             raise PluginError(f"{place}: found {name} = {vars(model)[name]!r:.80}; it is not to be set")
-    wanted = f"{model.method}({', '.join(_called(model)[1])})"
+    wanted = f"{model.method}(self, r)"
     for base, (name, returned) in OLD.items():
         found = vars(model).get(name) if issubclass(model, base) else None
         if found is not None and (name != model.method or "view" in inspect.signature(found).parameters):
@@ -270,10 +247,6 @@ def _check_old(model: type[Component], place: str) -> None:
     if isinstance(vars(model).get(model.method), Compiled):
         words = "the line  compiled: ClassVar[bool] = True"
         raise PluginError(f"{place}: found @njit on {model.method}; expected {words}")
-
-
-def _called(model: type[Component]) -> tuple[str, list[str]]:
-    return next(called for base, called in COMPONENTS.items() if issubclass(model, base))
 
 
 def _line(function: Any) -> str:

@@ -25,26 +25,16 @@ from typing import Any
 from pydantic import ValidationError
 
 from escort_mj import stopping
-from escort_mj.behaviors.behavior import Behavior
-from escort_mj.components.component import Component
 from escort_mj.components.equations import Equations
-from escort_mj.disturbances import Disturbance
 from escort_mj.errors import PluginError
-from escort_mj.estimators import Estimator
-from escort_mj.expectations.expectation import Expectation
-from escort_mj.failures import Failure
-from escort_mj.laws.law import Law
 from escort_mj.metrics.metric import metrics_of
 from escort_mj.plugin_calls import Trespass, confined
-from escort_mj.policies import Policy
-from escort_mj.radios import Radio
 from escort_mj.robots import RobotKind
-from escort_mj.rules import Rule
 from escort_mj.scenario.findings import did_you_mean, listed
+from escort_mj.scenario.kinds import TABLES, kind_of
 from escort_mj.scenario.reader.method_calls import guard
-from escort_mj.scenario.reader.plugin_shape import COMPONENTS, check_metric, check_shape
+from escort_mj.scenario.reader.plugin_shape import check_metric, check_shape
 from escort_mj.scenario.schema.plugin_source import PluginSource
-from escort_mj.sensors import Sensor
 
 GROUP = "escort_mj.plugins"
 """Group of the entry points of installed plugins."""
@@ -85,18 +75,8 @@ class Plugin:
         ]
 
 
-BASES: tuple[type[Any], ...] = (
-    *(Law, Behavior, Policy, Estimator, Radio, Sensor, Disturbance, Failure, Rule),
-    *(RobotKind, Expectation),
-)
+BASES = tuple(base for base in TABLES if base.of_plugins)
 """What members of a plugin derive from, beside functions that are metrics."""
-
-METHODS = (
-    *(base.method for base in COMPONENTS),
-    "judge",
-    "shape",
-)
-"""What is written inside of their classes."""
 
 _loaded: dict[tuple[str, str], Plugin] = {}  # by file or package, and digest
 _loading = threading.RLock()  # a plugin may load scenarios while it is loaded
@@ -236,11 +216,9 @@ def _load_package(name: str, source: PluginSource) -> Plugin:
 
 
 def _keep(key: tuple[str, str], plugin: Plugin) -> Plugin:
-    for member in plugin.of(Component):
+    for member in plugin.of(Equations):
         member.digest = plugin.source.sha256
-        base = next(base for base in COMPONENTS if issubclass(member, base))
-        in_loop = member.equations() if issubclass(member, Equations) else [member.method]
-        guard(member, base, left_out=in_loop)
+        guard(member, kind_of(member), left_out=member.equations())
     for kind in plugin.of(RobotKind):
         guard(kind, RobotKind)
     _loaded[key] = plugin
@@ -350,7 +328,11 @@ def _members(module: ModuleType, name: str, home: str) -> tuple[Any, ...]:
         home: Its name, or that of the package: what comes from elsewhere is not its own.
     """
     for key, value in vars(module).items():
-        if key in METHODS and isinstance(value, FunctionType) and value.__module__ == module.__name__:
+        if (
+            key in {base.method for base in BASES}
+            and isinstance(value, FunctionType)
+            and value.__module__ == module.__name__
+        ):
             line = value.__code__.co_firstlineno
             raise PluginError(f"{name}:{line}: {key} stands outside of a class: indent it by four spaces")
     metrics = metrics_of(module, home)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Union
 
 from pydantic import Discriminator, Tag
 
+from escort_mj.components.parameters import one_of
 from escort_mj.expectations import EXPECTATIONS, Expectation
 
 
@@ -33,4 +34,4 @@ def expectation_of(kinds: Sequence[type[Expectation]]) -> Any:
 if TYPE_CHECKING:
     AnyExpectation = Expectation
 else:
-    AnyExpectation = expectation_of(EXPECTATIONS)
+    AnyExpectation = one_of(Expectation, expectation_of, EXPECTATIONS)

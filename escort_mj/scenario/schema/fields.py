@@ -6,25 +6,22 @@ import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias, Union
 
-from pydantic import BaseModel, BeforeValidator, Field, PlainValidator, WithJsonSchema
+from pydantic import BeforeValidator, Field, PlainValidator, WithJsonSchema
 from pydantic_core import PydanticCustomError
 
-from escort_mj.behaviors import BEHAVIORS
-from escort_mj.behaviors import Behavior as AnyBehavior
+from escort_mj.behaviors.behavior import Behavior as AnyBehavior
 from escort_mj.behaviors.task import MAX_LEVELS
-from escort_mj.components.parameters import TEXT
-from escort_mj.control.outer_loops import OUTER_LOOPS
-from escort_mj.control.outer_loops import OuterLoop as OuterLoopParameters
-from escort_mj.disturbances import DISTURBANCES
+from escort_mj.components.parameters import TEXT, Member, one_of
+from escort_mj.control.outer_loops import OuterLoop as AnyOuterLoop
 from escort_mj.disturbances import Disturbance as AnyDisturbance
-from escort_mj.failures import FAILURES
+from escort_mj.estimators import Estimator as AnyEstimator
 from escort_mj.failures import Failure as AnyFailure
-from escort_mj.laws import LAWS
-from escort_mj.laws import Law as AnyLaw
-from escort_mj.policies import POLICIES
+from escort_mj.laws.law import Law as AnyLaw
 from escort_mj.policies import Policy as AnyPolicy
-from escort_mj.rules import RULES
+from escort_mj.radios import Radio as AnyRadio
+from escort_mj.robots import RobotKind as AnyRobotKind
 from escort_mj.rules import Rule as AnyRule
+from escort_mj.scenario.kinds import KINDS
 from escort_mj.scenario.schema.expressions import Expression, ExpressionError
 
 
@@ -79,15 +76,15 @@ def named(key: str, default: str | None = None) -> Any:
     return expand
 
 
-def one_of_kinds(models: Sequence[type[BaseModel]], key: str, default: str | None = None) -> Any:
+def one_of_kinds(models: Sequence[type[Member]], default: str | None = None) -> Any:
     """Type of a table that is one of several, told by a key or by its name alone.
 
     Args:
-        models: The tables; each has its name as the key's default.
-        key: The key that tells them apart.
+        models: The tables.
         default: Name of the one that a table without the key is; None where the key must be there.
     """
-    names = Literal[tuple(model.model_fields[key].default for model in models)]  # type: ignore[valid-type]
+    key = models[0].named_by
+    names = Literal[tuple(model.own_name() for model in models)]  # type: ignore[valid-type]
     table: Any = Union[tuple(models)]  # noqa: UP007 - of types that are known at run time only
     return Annotated[
         table,
@@ -96,20 +93,31 @@ def one_of_kinds(models: Sequence[type[BaseModel]], key: str, default: str | Non
     ]
 
 
+def member_of(base: type[Member]) -> Any:
+    """Type of a table that is any of the members of a kind, those of plugins too."""
+    return one_of(base, lambda models: one_of_kinds(models, base.default_name), KINDS[base])
+
+
 if TYPE_CHECKING:
     Behavior: TypeAlias = AnyBehavior
     Disturbance: TypeAlias = AnyDisturbance
+    Estimator: TypeAlias = AnyEstimator
     Failure: TypeAlias = AnyFailure
     Law: TypeAlias = AnyLaw
-    OuterLoop: TypeAlias = OuterLoopParameters
+    OuterLoop: TypeAlias = AnyOuterLoop
     Policy: TypeAlias = AnyPolicy
+    Radio: TypeAlias = AnyRadio
+    RobotKind: TypeAlias = AnyRobotKind
     Rule: TypeAlias = AnyRule
 else:
-    Behavior = one_of_kinds(BEHAVIORS, "behavior")
-    Disturbance = one_of_kinds(DISTURBANCES, "disturbance")
-    Failure = one_of_kinds(FAILURES, "kind", "dead")
-    Law = one_of_kinds(LAWS, "law", "apd_smc")
-    OuterLoop = one_of_kinds(OUTER_LOOPS, "loop", "set_based")
-    Policy = one_of_kinds(POLICIES, "policy")
-    Rule = one_of_kinds(RULES, "quantity")
+    Behavior = member_of(AnyBehavior)
+    Disturbance = member_of(AnyDisturbance)
+    Estimator = member_of(AnyEstimator)
+    Failure = member_of(AnyFailure)
+    Law = member_of(AnyLaw)
+    OuterLoop = member_of(AnyOuterLoop)
+    Policy = member_of(AnyPolicy)
+    Radio = member_of(AnyRadio)
+    RobotKind = member_of(AnyRobotKind)
+    Rule = member_of(AnyRule)
 Behaviors = Annotated[tuple[Behavior, ...], Field(min_length=1, max_length=MAX_LEVELS)]

@@ -1,25 +1,16 @@
 """What robots know by themselves: the tables `knowledge` and `communication`."""
 
 import math
-from typing import TYPE_CHECKING, Annotated, Literal, TypeAlias
+from typing import Annotated, Literal
 
 import numpy as np
 from pydantic import Field, NonNegativeFloat, PositiveFloat
 
 from escort_mj.components.parameters import Parameters
-from escort_mj.estimators import ESTIMATORS, Predict
-from escort_mj.estimators import Estimator as AnyEstimator
+from escort_mj.estimators import Predict
 from escort_mj.knowledge.sight import MEASURES, NOT_MEASURED, Sight
-from escort_mj.radios import RADIOS, Radio
 from escort_mj.radios.radio import Robots, Share
-from escort_mj.scenario.schema.fields import one_of_kinds
-
-if TYPE_CHECKING:
-    Estimator: TypeAlias = AnyEstimator
-    Communication: TypeAlias = Radio
-else:
-    Estimator = one_of_kinds(ESTIMATORS, "estimator", "predict")
-    Communication = one_of_kinds(RADIOS, "radio", "periodic")
+from escort_mj.scenario.schema.fields import Estimator
 
 DERIVATIVES = ("position", "velocity", "acceleration")
 

@@ -1,24 +1,20 @@
 """The team's part of a scenario: how many robots, of what kind, with what motors, where, and what fails."""
 
-from typing import TYPE_CHECKING, Annotated, TypeAlias
+from typing import Annotated
 
 from pydantic import Field, NonNegativeFloat, PositiveInt
 
 from escort_mj.components.parameters import Force, Mass, Parameters, Radius, Vector
 from escort_mj.components.random_placement import RandomPlacement
-from escort_mj.robots import KINDS, PointMass, RobotKind
+from escort_mj.robots import KINDS, PointMass
 from escort_mj.robots.kind import plane_height
 from escort_mj.scenario.findings import listed
-from escort_mj.scenario.schema.fields import Failure, one_of_kinds
+from escort_mj.scenario.schema.fields import Failure, RobotKind
 
 MAX_ROBOTS = 5000
 Share = Annotated[float, Field(ge=0, lt=1)]
 Gain = Annotated[float, Field(gt=0, le=10)]
-KIND_NAMES = [f"`{kind.model_fields['kind'].default}`" for kind in KINDS]
-if TYPE_CHECKING:
-    OneKind: TypeAlias = RobotKind
-else:
-    OneKind = one_of_kinds(KINDS, "kind")
+KIND_NAMES = [f"`{kind.own_name()}`" for kind in KINDS]
 
 
 class Actuators(Parameters):
@@ -46,7 +42,7 @@ class RobotOverride(Parameters):
     """Radius [m]."""
     force_limit: Force | None = None
     """Largest force per axis [N]."""
-    kind: OneKind | None = None
+    kind: RobotKind | None = None
     """Kind of robot: a name, or a table with parameters."""
     actuators: Actuators | None = None
     """Motor errors of this robot."""
@@ -60,7 +56,7 @@ class Robots(Parameters):
     count: Annotated[int, Field(ge=1, le=MAX_ROBOTS)] | None = None
     """Number of robots; null: the length of `positions` if set, otherwise 5 with two axes, and twice the
     number of axes with more."""
-    kind: OneKind = Field(
+    kind: RobotKind = Field(
         default=PointMass(),
         description=f"Kind of robot: {listed(KIND_NAMES)}, or a table with\nthe name and parameters.",
     )

@@ -25,9 +25,10 @@ from escort_mj.scenario.schema.fields import (
     Law,
     OuterLoop,
     Policy,
+    Radio,
     Rule,
 )
-from escort_mj.scenario.schema.knowledge import Communication, Knowledge
+from escort_mj.scenario.schema.knowledge import Knowledge
 from escort_mj.scenario.schema.obstacle_tables import Clutter, Drive, Motion, Obstacle, Wall
 from escort_mj.scenario.schema.opponents import Opponents
 from escort_mj.scenario.schema.plugin_source import PluginSource
@@ -253,7 +254,7 @@ class Scenario(Parameters, metaclass=_Checked):
     """Sensors of the robots and their errors."""
     knowledge: Knowledge | None = None
     """What each robot itself knows about the target; null: all robots share the team's measurements."""
-    communication: Communication | None = None
+    communication: Radio | None = None
     """Messages between the robots; null: all robots know each other's positions immediately."""
     uncertainty: Uncertainty = Uncertainty()
     """Disturbances that the controller does not know."""

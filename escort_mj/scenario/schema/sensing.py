@@ -1,12 +1,13 @@
 """The table `sensing`: what robots measure, how well, and how far they see (docs/sensing.md)."""
 
 from collections.abc import Sequence
+from functools import partial
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-from escort_mj.components.parameters import Parameters, Radius
+from escort_mj.components.parameters import Parameters, Radius, one_of
 from escort_mj.scenario.schema.fields import one_of_kinds
 from escort_mj.sensing.sensors import Sensors, own_of
 from escort_mj.sensors import QUANTITIES, SENSORS, Lidar, Plain, Sensor
@@ -20,8 +21,8 @@ def sensor_of(quantity: str, members: Sequence[type[Sensor]]) -> Any:
     """Return the type of what measures a quantity: one of the sensors that can."""
     fitting = [member for member in members if quantity in member.measures]
     if quantity == "heading":
-        return one_of_kinds(fitting, "sensor") | None if fitting else None
-    return one_of_kinds(fitting, "sensor", "plain")
+        return one_of_kinds(fitting) | None if fitting else None
+    return one_of_kinds(fitting, "plain")
 
 
 if TYPE_CHECKING:
@@ -33,9 +34,9 @@ if TYPE_CHECKING:
     OfObstacles: TypeAlias = Lidar | None
 else:
     OfPosition, OfVelocity, OfTargetPosition, OfTargetVelocity, OfHeading = (
-        sensor_of(quantity, SENSORS) for quantity in QUANTITIES
+        one_of(Sensor, partial(sensor_of, quantity), SENSORS) for quantity in QUANTITIES
     )
-    OfObstacles = one_of_kinds([Lidar], "sensor", "lidar") | None
+    OfObstacles = one_of_kinds([Lidar], "lidar") | None
 
 
 class SensingRadius(Parameters):

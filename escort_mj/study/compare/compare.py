@@ -9,6 +9,7 @@ from typing import Any
 from escort_mj.control.outer_loops import OUTER_LOOPS
 from escort_mj.errors import UsageError
 from escort_mj.laws import LAWS as SHIPPED
+from escort_mj.laws import Law
 from escort_mj.metrics import METRICS
 from escort_mj.record.window import Span, span_faults
 from escort_mj.scenario import Scenario
@@ -18,9 +19,9 @@ from escort_mj.study.compare.laws import controller_of, outer_of
 
 LAW, LOOP = "controller", "mission.outer"
 """The factors of such a study."""
-LAWS = {str(law.model_fields["law"].default): law.title_of() for law in SHIPPED}
+LAWS = {str(law.own_name()): law.title_of() for law in SHIPPED}
 """Titles of the laws that come with the package."""
-OUTERS = {str(loop.model_fields["loop"].default): loop.title for loop in OUTER_LOOPS}
+OUTERS = {str(loop.own_name()): loop.title for loop in OUTER_LOOPS}
 COMPARED = (
     "settling_time",
     "radius_error_mean",
@@ -63,7 +64,7 @@ def comparison_of(
         UsageError: If there is no such law or outer loop, or no such part of a run.
     """
     check_span(over, scenario.duration)
-    known = [str(model.model_fields["law"].default) for model in catalog_of(scenario).laws]
+    known = [str(model.own_name()) for model in catalog_of(scenario).of(Law)]
     names = chosen_names("--laws", laws, known, known)
     loops = chosen_names("--outer", outers, OUTERS, [scenario.mission.outer.loop])
     moments = {metric.name for metric in METRICS if metric.moment}

@@ -17,7 +17,7 @@ def controller_of(base: Scenario, law: str) -> Law:
     """
     if base.controller.law == law:
         return base.controller
-    (model,) = [model for model in catalog_of(base).laws if model.model_fields["law"].default == law]
+    (model,) = [model for model in catalog_of(base).of(Law) if model.own_name() == law]
     own = model.own_keys | base.controller.own_keys | {"law"}
     shared = [
         key for key in type(base.controller).model_fields if key in model.model_fields and key not in own
@@ -29,5 +29,5 @@ def outer_of(base: Scenario, loop: str) -> OuterLoop:
     """An outer loop by its name: the scenario's own as it is, any other with its default gains."""
     if base.mission.outer.loop == loop:
         return base.mission.outer
-    (model,) = [model for model in OUTER_LOOPS if model.model_fields["loop"].default == loop]
+    (model,) = [model for model in OUTER_LOOPS if model.own_name() == loop]
     return model.model_validate({})

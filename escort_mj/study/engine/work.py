@@ -16,6 +16,7 @@ from typing import Any, NamedTuple
 from escort_mj import stopping
 from escort_mj.errors import BrokenRunError, EscortError, Fault, RunFolderError, ScenarioError, WriteError
 from escort_mj.measuring import measure_over
+from escort_mj.metrics.metric import Metric
 from escort_mj.mission import Flight, Room, fly, save
 from escort_mj.record.folder import CHECK, STUDY, RunFolder, is_run, read_run
 from escort_mj.record.outcome import Outcome
@@ -147,7 +148,7 @@ def perform(job: Job) -> Row:
         kept = not job.only_failed or not run.passed
         if always and not kept and job.place is not None:
             shutil.rmtree(job.place, ignore_errors=True)
-        known = {metric.name: metric for metric in catalog_of(scenario).metrics}
+        known = {metric.name: metric for metric in catalog_of(scenario).of(Metric)}
         more = {key: measure_over(known[name], run.recording, span) for key, name, span in job.measured}
         if broken := [found.reason for found in more.values() if found.broken]:
             return nothing(broken[0])

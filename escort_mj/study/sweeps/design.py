@@ -216,7 +216,7 @@ class Design:
         if not asked:
             return
         scenario = self.scenario(self.cells[0], self.seeds[0])
-        metrics = catalog_of(type(scenario)).metrics
+        metrics = catalog_of(type(scenario)).of(Metric)
         known, moments = [one.name for one in metrics], {one.name for one in metrics if one.moment}
         faults = [
             self.file.fault(
@@ -335,7 +335,7 @@ class Design:
         known = [
             metric
             for cell in reversed(one_each.values())
-            for metric in catalog_of(type(self.scenario(cell, self.seeds[0]))).metrics
+            for metric in catalog_of(type(self.scenario(cell, self.seeds[0]))).of(Metric)
         ]
         return list({metric.name: metric for metric in known if metric not in METRICS}.values())
 

@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from escort_mj.components.parameters import NAME_KEYS
 from escort_mj.errors import ScenarioError
 from escort_mj.recognize import scenarios_in
 from escort_mj.scenario import Scenario, dump_scenario, json_schema, load_file, parse_scenario
+from escort_mj.scenario.kinds import NAME_KEYS
 from escort_mj.scenario.reader.document import SMALLEST, read_document
 from escort_mj.scenario.reader.dump import flow, short_dump
 from escort_mj.scenario.reader.load import tuples

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple, get_args, get_origin
 from pydantic import BaseModel, Tag
 from pydantic.fields import FieldInfo
 
-from escort_mj.components.parameters import NAME_KEYS, description_of
+from escort_mj.components.parameters import Member, description_of
 from escort_mj.expectations.expectation import Expectation
 from escort_mj.scenario.findings import Path
 from escort_mj.scenario.schema.expectations import tag_of_kind
@@ -81,10 +81,8 @@ def models(annotation: Any) -> list[type[BaseModel]]:
 
 def tag_of(model: type[BaseModel]) -> tuple[str, str] | None:
     """The key that says which of several tables this one is, and the name that it says."""
-    for tag in NAME_KEYS:
-        field = model.model_fields.get(tag)
-        if field is not None and len(get_args(field.annotation)) == 1:  # one name: others have a choice there
-            return tag, field.default
+    if issubclass(model, Member) and model.named_by and (name := model.own_name()):
+        return model.named_by, name
     return None
 
 
