@@ -296,6 +296,7 @@ def _simulate(
         while done < total and outcome is Outcome.COMPLETED:
             start = done
             kept, ended, outcome, message = take(plant, samples[start : start + BLOCK], bound)
+            plant.fold_steps()
             episodes.append(ended)
             done = start + kept
             written.append(samples[:done], start, episodes, plant)

@@ -107,6 +107,7 @@ class Session:
     @property
     def samples(self) -> Array:
         """All samples so far, shape (k, record_size), see `signals.py`."""
+        self.plant.fold_steps()
         if len(self._samples) > 1:
             self._samples = [np.concatenate(self._samples)]
         return self._samples[0] if self._samples else np.zeros((0, self.world.record_size))
@@ -196,6 +197,7 @@ class Session:
 
     def snapshot(self) -> Snapshot:
         """Return this moment; `restore` comes back to it, as often as wanted."""
+        self.plant.fold_steps()
         return Snapshot(
             mission=self._mark,
             scenario=self.scenario,

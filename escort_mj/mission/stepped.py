@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from escort_mj import stopping
 from escort_mj.errors import UsageError
+from escort_mj.metrics.watching import NAMES as WATCHED
 from escort_mj.mission import BLOCK, completed, take
 from escort_mj.mission.session import Commanded, Session
 from escort_mj.record.outcome import Outcome
@@ -59,6 +60,8 @@ class SteppedMission(Session):
         if name not in (names := self._names()):
             hint = did_you_mean(name, names) or f"; allowed are {', '.join(names)}"
             raise UsageError(f"{name}: is not a signal of this mission{hint}")
+        if name in WATCHED:
+            self.plant.fold_steps()
         values: Array = getattr(self.plant.state, name).copy()
         return values
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 import time
 from collections.abc import Callable
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -56,12 +57,37 @@ class Kept(NamedTuple):
 LAYOUT.part(Kept)
 
 
+@dataclass
+class Aside:
+    """Steps set aside, of which nobody has found yet what is asked of them.
+
+    Attributes:
+        steps: As the callbacks keep them, shape (steps, numbers).
+        rows: Where what is found goes: the last of their samples, shape (k, record_size).
+        upto: How many steps were set aside up to these.
+    """
+
+    steps: Array
+    rows: Array
+    upto: int
+
+    @property
+    def samples(self) -> int:
+        """How many samples were taken in the steps."""
+        return int(np.count_nonzero(self.steps[:, 0]))
+
+
 class Mark(NamedTuple):
-    """A moment of a simulation: physics, the controller's state, steps since a sample, MuJoCo's warnings."""
+    """A moment of a simulation.
+
+    It consists of physics, the controller's state, steps since a sample and steps set aside, and MuJoCo's
+    warnings.
+    """
 
     physics: Array
     memory: Array
     steps: Array
+    aside: list[Aside]
     warnings: NDArray[Any]
 
 
@@ -79,6 +105,7 @@ class Plant:
         layout.check(world.model, self.data)
         self._memory = self.data.userdata.ctypes.data
         self._changed: native.PluginFailure | None = None  # by what a plugin changed in the process
+        self._aside: list[Aside] = []
         self._start()
         self._kept: Kept = LAYOUT.read(Kept, world.model.numeric_data.ctypes.data, self._memory)
         self.properties = MassProperties(world.model) if world.sizes.get("truth") else None
@@ -144,7 +171,7 @@ class Plant:
         return bool(self._kept.steps_count[0] >= self._room)
 
     def take_steps(self) -> None:
-        """Find what is asked of the steps up to the last sample; write it to record and samples.
+        """Set aside the steps up to the last sample, for `fold_steps` once there is no room for more.
 
         Steps behind it stay kept until their sample is taken, unless there is no room for one more: how long
         MuJoCo steps at once, which is a matter of time, changes no bit of what they are folded into.
@@ -156,24 +183,39 @@ class Plant:
         count = int(sampled[-1]) + 1 if len(sampled) else count * self.is_full
         if not count:
             return
-        steps, watches = kept.steps[:count], self.world.mission.watches
-        ended = steps[:, 0] != 0.0
-        found = self._watcher.fold(steps, np.append(0, np.flatnonzero(ended[:-1]) + 1))
+        last, begun, whole = int(kept.kept_count[0]), not kept.watch_ended[0], len(sampled) > 0
+        rows = kept.samples[max(last - len(sampled), 0) : last]
+        upto = count + (self._aside[-1].upto if self._aside else 0)
+        self._aside.append(Aside(kept.steps[:count].copy(), rows, upto))
+        left = kept.steps[count : int(kept.steps_count[0])].copy()
+        kept.steps[: len(left)], kept.steps_count[0], kept.watch_ended[0] = left, len(left), whole
+        if begun or not whole or upto >= self._room:
+            self.fold_steps(begun)
+
+    def fold_steps(self, begun: bool = False) -> None:
+        """Find what is asked of the steps set aside; write it to the record and to their samples.
+
+        Args:
+            begun: Whether the record has what was found of earlier steps since the same sample.
+        """
+        if self._watcher is None or not self._aside:
+            return
+        aside, self._aside = self._aside, []
+        steps, kept = np.concatenate([one.steps for one in aside]), self._kept
+        starts = np.append(0, np.flatnonzero(steps[:-1, 0]) + 1)
+        found = self._watcher.fold(steps, starts)
         fields = Folded(kept.watch_value, kept.watch_count, kept.watch_time, kept.watch_who)
-        if not kept.watch_ended[0]:
-            whole = joined(watches, fields, Folded(*(each[0] for each in found)))
+        if begun:
+            whole = joined(self.world.mission.watches, fields, Folded(*(each[0] for each in found)))
             for each, first in zip(found, whole, strict=True):
                 each[0] = first
-        last = int(kept.kept_count[0])
-        taken = min(int(ended.sum()), last)
-        for name, field, each in zip(NAMES, fields, found, strict=True):
+        for field, each in zip(fields, found, strict=True):
             field[:] = each[-1]
-            if taken:
-                place = columns(name, self.world.sizes)
-                kept.samples[last - taken : last, place] = each[:taken]
-        kept.watch_ended[0] = ended[-1]
-        left = kept.steps[count : int(kept.steps_count[0])].copy()
-        kept.steps[: len(left)], kept.steps_count[0] = left, len(left)
+        places, end = [columns(name, self.world.sizes) for name in NAMES], 0
+        for one in aside:
+            end += one.samples
+            for place, each in zip(places, found, strict=True):
+                one.rows[:, place] = each[end - len(one.rows) : end]
 
     def samples(self, most: int) -> Array:
         """Advances to the next samples and takes them, without entering Python between them.
@@ -185,15 +227,15 @@ class Plant:
             most: How many samples at most.
 
         Returns:
-            At least one, shape (k, record_size); a view, until the next call. What there is, if the mission
-            is interrupted on the way.
+            At least one, shape (k, record_size); a view, until the next call, without what is asked of steps
+            that are set aside. What there is, if the mission is interrupted on the way.
         """
         schedule, kept = self.world.schedule, self._kept.samples
         watched = self.steps
         next_one = schedule.before(watched)
         if not len(kept):
             whole = self.step(schedule.step(next_one) + 1 - watched)
-            return self.record[None][: int(whole)]
+            return self._row[None][: int(whole)]
         self._kept.kept_count[0] = 0.0  # what `step` alone has kept was not asked for
         while True:
             count = min(most, len(kept), self._at_once)
@@ -212,7 +254,7 @@ class Plant:
         """Take the next samples, as many as there are rows.
 
         Args:
-            rows: Receives them, shape (k, record_size).
+            rows: Receives them, shape (k, record_size); what expectations ask of them with `fold_steps`.
             look: Whether to look at the end for what plugins have changed in the process (0.3 ms).
 
         Returns:
@@ -236,9 +278,19 @@ class Plant:
             taken = self.samples(len(rows) - row)
             rows[row : row + len(taken)] = taken
             row += len(taken)
+            self._lay(rows[:row], len(taken))
             if self.has_ended:
                 log.append(self.ended())
         return row, np.vstack(log) if log else np.zeros((0, EPISODE_SIZE))
+
+    def _lay(self, rows: Array, taken: int) -> None:
+        """Have what will be found of steps set aside written to the samples just taken, the last rows."""
+        end, first = len(rows), len(rows) - taken
+        for one in reversed(self._aside):
+            start = max(end - one.samples, first)
+            if start == end:
+                return
+            one.rows, end = rows[start:end], start
 
     def mark(self) -> Mark:
         """All that stepping depends on and changes, to come `back_to`."""
@@ -247,10 +299,12 @@ class Plant:
         samples = (self._kept.samples.ctypes.data - self._memory) // DOUBLE
         memory = self.data.userdata[:samples].copy()
         steps = self._kept.steps[: int(self._kept.steps_count[0])].copy()
-        return Mark(physics, memory, steps, self.data.warning.number.copy())
+        return Mark(physics, memory, steps, [*self._aside], self.data.warning.number.copy())
 
     def back_to(self, mark: Mark) -> None:
         """Takes back what was simulated since a mark; that a plugin failed meanwhile is forgotten."""
+        self.fold_steps()
+        self._aside = [*mark.aside]
         mujoco.mj_setState(self.world.model, self.data, mark.physics, PHYSICS)
         self.data.userdata[: len(mark.memory)] = mark.memory
         self._kept.steps[: len(mark.steps)] = mark.steps
@@ -268,6 +322,7 @@ class Plant:
         Args:
             before: The other plant. State of the controller that has another shape here starts afresh.
         """
+        before.fold_steps()
         mark, old, new = before.mark(), before.world.setup, self.world.setup
         mujoco.mj_setState(self.world.model, self.data, mark.physics, PHYSICS)
         self.data.warning.number[:] = mark.warnings
@@ -287,6 +342,12 @@ class Plant:
     @property
     def record(self) -> Array:
         """The record of the last evaluation of the law, see `signals.py`; a copy, shape (record_size,)."""
+        self.fold_steps()
+        return self._row
+
+    @property
+    def _row(self) -> Array:
+        """The record, with what is asked of steps as far as it was found."""
         return np.take(self.data.userdata, self._recorded)
 
     @cached_property
@@ -303,7 +364,7 @@ class Plant:
     def _start(self) -> None:
         """Set what moves at the start moving; what a plugin did in this memory before is forgotten."""
         native.forget(self._memory)
-        self._changed = None
+        self._changed, self._aside = None, []
         if self.world.model.nkey:
             mujoco.mj_resetDataKeyframe(self.world.model, self.data, 0)
 

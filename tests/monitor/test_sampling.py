@@ -32,12 +32,11 @@ def one_by_one(plant: Plant) -> tuple[np.ndarray, np.ndarray]:
 
 def many_at_once(plant: Plant, most: int = SAMPLES) -> tuple[np.ndarray, np.ndarray]:
     """The same, as many at once as there is room for."""
-    samples, episodes, left = [], [], SAMPLES
-    while left:
-        samples.append(plant.samples(min(left, most)).copy())
-        episodes.append(plant.ended())
-        left -= len(samples[-1])
-    return np.vstack(samples), np.vstack(episodes)
+    samples, episodes = np.empty((SAMPLES, plant.world.record_size)), []
+    for start in range(0, SAMPLES, most):
+        episodes.append(plant.fill(samples[start : start + most])[1])
+    plant.fold_steps()
+    return samples, np.vstack(episodes)
 
 
 @pytest.fixture(scope="module")
@@ -111,8 +110,10 @@ def test_further_samples_tell_of_the_steps_since_the_one_before(windows: World) 
     schedule = windows.schedule
     with native_loop(windows):
         found = np.empty((schedule.count, windows.record_size))
-        Plant(windows).fill(found)
         plant, rows = Plant(windows), []
+        plant.fill(found)
+        plant.fold_steps()
+        plant.reset()
         for _ in range(schedule.last + 1):
             plant.step(1)
             rows.append(plant.record)
