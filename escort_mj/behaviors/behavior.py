@@ -1,9 +1,11 @@
 """Base of behaviors: what one asks of each robot by itself."""
 
+from collections.abc import Mapping
 from typing import Any, ClassVar, Literal, NamedTuple
 
-from escort_mj.behaviors.robots import Robots
-from escort_mj.components.equations import Equations
+from escort_mj.behaviors.robots import Robots, robots_at
+from escort_mj.behaviors.task import Inequality, Task, as_task, keep_task
+from escort_mj.components.equations import Answer, Call, Equations
 from escort_mj.components.setup import MissionSetup
 from escort_mj.components.views import BEHAVIOR_OUTPUTS, BehaviorView
 from escort_mj.native.values import names_of
@@ -95,3 +97,23 @@ class Behavior(Equations):
         """How fast it brings its error to 0 [1/s]: its `gain`, or 0 where none says so."""
         gain = getattr(self, "gain", 0.0)
         return float(gain) if isinstance(gain, int | float) else 0.0
+
+    @classmethod
+    def evaluation(cls, made: Call, equations: Mapping[str, Call]) -> Call:
+        """Return what keeps the task of robots i to i + 7 in a view: `(parameters, view, i)`."""
+        task = equations["task"]
+
+        def ask(parameters: Any, view: Any, i: int) -> None:
+            keep_task(task(parameters, robots_at(i, view, view)), view, i)
+
+        def ask_limit(parameters: Any, view: Any, i: int) -> None:
+            keep_task(as_task(task(parameters, robots_at(i, view, view))), view, i)
+
+        return ask_limit if cls.limits else ask
+
+    @classmethod
+    def answer_of(cls, name: str) -> Answer:
+        """Return what an equation is to return."""
+        if cls.limits:
+            return (Inequality,), "what at_least(...) returns"
+        return (Task,), "a task, such as keep(...) returns"

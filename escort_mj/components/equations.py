@@ -1,12 +1,21 @@
 """Components whose methods are equations between values, and numbers of their own that go with these."""
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any, ClassVar, NamedTuple
+
+import numpy as np
 
 from escort_mj.components.component import Component
 from escort_mj.components.parameters import Member
 from escort_mj.native.values import Names
+from escort_mj.native.vectors import Vec
+
+Call = Callable[..., Any]
+Answer = tuple[tuple[type, ...], str]
+"""What an equation is to return: types, and in words."""
+NUMBER: Answer = (int, float, np.number, np.bool_), "a number"
+VECTOR: Answer = (Vec,), "a vector, such as r.q"
 
 
 class Memory(NamedTuple):
@@ -54,6 +63,25 @@ class Equations(Component):
         """Return by what names it reads values."""
         rows = tuple((name, cls.keeps, row) for row, name in enumerate(cls.memories()))
         return Names(cls.reads, rows, cls.first)
+
+    @classmethod
+    def evaluation(cls, made: Call, equations: Mapping[str, Call]) -> Call:
+        """Return what evaluates the equations, as the loop calls it: of parameters, its view, and a number.
+
+        Args:
+            made: Makes a function callable in kernels.
+            equations: What `equations()` returns, made so.
+        """
+        raise NotImplementedError
+
+    def over_arrays(self, view: Any) -> Callable[[], None] | None:
+        """Return what evaluates the equations in Python for all robots at once; None where nothing does."""
+        return None
+
+    @classmethod
+    def answer_of(cls, name: str) -> Answer:
+        """Return what an equation is to return."""
+        return NUMBER
 
     @classmethod
     def equations(cls) -> dict[str, Callable[..., Any]]:

@@ -10,6 +10,8 @@ from typing import TypeVar
 from escort_mj.components.parameters import Member
 
 T = TypeVar("T", bound=Member)
+shipped = set[type[Member]]()
+"""All components that ship."""
 
 
 def found_in(package: str, path: Iterable[str], base: type[T]) -> tuple[type[T], ...]:
@@ -21,7 +23,7 @@ def found_in(package: str, path: Iterable[str], base: type[T]) -> tuple[type[T],
         base: What they derive from; classes that are no component by themselves have no name of their own.
     """
     modules = [import_module(f"{package}.{each.name}") for each in iter_modules(path)]
-    return tuple(
+    found = tuple(
         member
         for module in modules
         for member in vars(module).values()
@@ -30,3 +32,5 @@ def found_in(package: str, path: Iterable[str], base: type[T]) -> tuple[type[T],
         and member.__module__ == module.__name__
         and member.own_name()
     )
+    shipped.update(found)
+    return found

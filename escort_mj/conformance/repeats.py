@@ -7,18 +7,15 @@ from collections.abc import Iterator
 import numpy as np
 
 from escort_mj.components.component import Component
-from escort_mj.components.equations import Equations
 from escort_mj.conformance.stand import (
     ROUNDING,
     SEED,
-    BrokenError,
     CheckResult,
     Stand,
     other_form,
     relative_gap,
     stands,
 )
-from escort_mj.plugin_calls import place_of
 from escort_mj.policies import Policy
 from escort_mj.scenario.schema.scenario import Scenario
 
@@ -32,7 +29,6 @@ def check_calls(member: type[Component], kind: type[Scenario]) -> Iterator[Check
         member: What is called.
         kind: The type of scenarios that knows it.
     """
-    yield from _in_bounds(member, kind)
     plain = other_form(member)
     finite, same, apart, touched = True, True, 0.0, False
     for stand in stands(member, kind):
@@ -67,23 +63,6 @@ def check_calls(member: type[Component], kind: type[Scenario]) -> Iterator[Check
     if plain is not None:
         held = apart <= ROUNDING
         yield CheckResult("forms agree", held, f"compiled and NumPy: relative difference {apart:.1g}")
-
-
-def _in_bounds(member: type[Component], kind: type[Scenario]) -> Iterator[CheckResult]:
-    """Run a compiled form as Python first: there an index beyond its array is an error, not a wild write."""
-    if not member.compiled or issubclass(member, Equations):  # equations have no indices
-        return
-    for stand in stands(member, kind):
-        random = np.random.default_rng(SEED)
-        for robot in [None] if member.answers is None else range(stand.numbers):
-            stand.fill(random)
-            try:
-                stand.interpret(robot)
-            except IndexError as error:
-                raise BrokenError("in bounds", place_of(error, getattr(member, member.method))) from None
-            except Exception:  # what else is wrong shows when the machine code runs
-                break
-    yield CheckResult("in bounds", True, "no index is beyond its array")
 
 
 def _written(stand: Stand, robot: int | None) -> np.ndarray:

@@ -199,14 +199,6 @@ class Stand:
             raise BrokenError("runs", found.message if found else "failed")
         return returned
 
-    def interpret(self, robot: int | None = None) -> None:
-        """Call what runs as Python, where NumPy checks every index; errors are its own.
-
-        Args:
-            robot: Which robot, of a behavior.
-        """
-        native.interpret(self._number, self._block, self._plan, self._memory, robot)
-
     @property
     def numbers(self) -> int:
         """How many robots, or bodies with a policy, the method can be called for."""

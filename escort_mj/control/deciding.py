@@ -18,7 +18,7 @@ from escort_mj.plan import Plan, State
 from escort_mj.policies import POLICIES, Policy
 from escort_mj.policies.body import policy_view
 from escort_mj.policies.learned import packed_networks
-from escort_mj.policies.policy import ACTS, RESTS, deciding_by
+from escort_mj.policies.policy import ACTS, RESTS
 
 
 class PolicyParameters(Fields):
@@ -42,6 +42,7 @@ class PolicyParameters(Fields):
         ]  # fmt: skip
         return {
             "mover_policy": kinds,
+            "mover_place": [mover.policy or 0 for mover in setup.movers],
             "mover_speed": [0.0 if mover.policy is None else mover.policy.speed for mover in setup.movers],
             "networks": packed_networks(mover.policy for mover in setup.movers)[0],
             "willed": any(kind != NO_POLICY for kind in kinds),
@@ -78,7 +79,7 @@ def decide(plan: Plan, state: State) -> None:
 def _kernel_of(policy: type[Policy]) -> Callable[..., Any]:
     """Return a kernel that asks a policy that ships."""
     equations = {name: inlined_once(equation) for name, equation in policy.equations().items()}
-    decides, read = inlined(deciding_by(policy, inlined, equations)), reader(policy)
+    decides, read = inlined(policy.evaluation(inlined, equations)), reader(policy)
 
     def ask(b: int, plan: Plan, state: State) -> int:
         asked: int = decides(read(block_at(int(plan.mover_place[b]), plan), 0), policy_view(state), b)

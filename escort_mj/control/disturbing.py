@@ -11,7 +11,6 @@ from escort_mj.components.setup import MissionSetup
 from escort_mj.control.custom.calls import custom_disturbance
 from escort_mj.disturbances import DISTURBANCES, Disturbance
 from escort_mj.disturbances.disturbance import disturbance_view
-from escort_mj.disturbances.evaluation import pushing_by
 from escort_mj.native.fields import Array, Fields, Value
 from escort_mj.native.kernels import (
     DOUBLE,
@@ -47,6 +46,7 @@ class DisturbanceParameters(Fields):
         """Return the values of the fields for a mission."""
         return {
             "disturbance_kind": [number_of(each, EQUATED) for each in setup.disturbances],
+            "disturbance_place": setup.disturbances,
             "disturbance_row": setup.disturbance_rows,
             "disturbance_draws": [each.draws for each in setup.disturbances],
         }
@@ -91,7 +91,7 @@ def _draw(d: int, plan: Plan, state: State) -> None:
 def _kernel_of(disturbance: type[Disturbance]) -> Callable[..., Any]:
     """Return a kernel that has a disturbance that ships push all robots."""
     equations = {name: inlined_once(equation) for name, equation in disturbance.equations().items()}
-    write, read = inlined(pushing_by(disturbance, inlined, equations)), reader(disturbance)
+    write, read = inlined(disturbance.evaluation(inlined, equations)), reader(disturbance)
 
     def push(d: int, plan: Plan, state: State) -> None:
         place = int(plan.disturbance_place[d])

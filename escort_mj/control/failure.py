@@ -13,7 +13,7 @@ from escort_mj.components.dispatch import one_of
 from escort_mj.components.setup import MissionSetup
 from escort_mj.control.custom.calls import custom_failure
 from escort_mj.failures import FAILURES, Failure
-from escort_mj.failures.failure import MOTORS, failing_by, failure_view
+from escort_mj.failures.failure import MOTORS, failure_view
 from escort_mj.native.fields import Array, Fields, Value
 from escort_mj.native.kernels import inlined, inlined_once, reachable, view_addresses
 from escort_mj.native.on_demand import on_demand
@@ -38,11 +38,17 @@ class FailureParameters(Fields):
     def packed(cls, setup: MissionSetup) -> dict[str, Any]:
         """Return the values of the fields for a mission."""
         kind, motors, renews = np.zeros((3, setup.count if setup.failures else 0))
+        failing: list[Failure | float] = [NEVER] * len(kind)
         for failure in setup.failures:
             robot = failure.robot - 1
-            kind[robot] = number_of(failure, FAILURES)
+            failing[robot], kind[robot] = failure, number_of(failure, FAILURES)
             motors[robot], renews[robot] = MOTORS.index(failure.motors), failure.renews
-        return {"failure": kind, "failure_motors": motors, "failure_renews": renews}
+        return {
+            "failure": kind,
+            "failure_place": failing,
+            "failure_motors": motors,
+            "failure_renews": renews,
+        }
 
 
 class FailureState(Fields):
@@ -143,7 +149,7 @@ def command_failing_motors(plan: Plan, state: State) -> None:
 def _kernel_of(failure: type[Failure]) -> Callable[..., Any]:
     """Return a kernel that has a failure that ships command the motors of a robot."""
     equations = {name: inlined_once(equation) for name, equation in failure.equations().items()}
-    command, read = inlined(failing_by(failure, equations)), reader(failure)
+    command, read = inlined(failure.evaluation(inlined, equations)), reader(failure)
 
     def fail(i: int, plan: Plan, state: State) -> None:
         plan_at, state_at = view_addresses(state)

@@ -13,8 +13,7 @@ from escort_mj.components.dispatch import one_of
 from escort_mj.components.setup import MissionSetup
 from escort_mj.control.custom.calls import custom_law
 from escort_mj.laws import LAWS, ApdSmc, Law
-from escort_mj.laws.evaluation import evaluation_by, memory_by
-from escort_mj.laws.law import law_view
+from escort_mj.laws.law import evaluation_by, law_view, memory_by
 from escort_mj.native.fields import Array, Fields, Value
 from escort_mj.native.kernels import DOUBLE, data_address, inlined, inlined_once, reachable, view_addresses
 from escort_mj.native.lanes import WIDTH, Lanes, copy_lanes, load, store, where
@@ -57,6 +56,7 @@ class InnerLoopParameters(Fields):
             "estimate_at_start": setup.by_robot("estimate_at_start"),
             "force_limits": np.repeat(np.reshape(setup.force_limit, (-1, 1)), setup.axes, axis=1),
             "team_law": [number_of(each, LAWS) for each in setup.laws],
+            "team_law_place": setup.laws,
             "team_law_row": [setup.memory_start(each) for each in setup.laws],
             "team_law_rows": [len(type(each).memories()) for each in setup.laws],
             "team_slope": [each.slope for each in setup.laws],

@@ -15,7 +15,6 @@ from escort_mj.control.custom.calls import custom_estimator
 from escort_mj.control.messages import NEVER, begin_radio, send
 from escort_mj.estimators import ESTIMATORS, Estimator
 from escort_mj.estimators.belief import estimator_view
-from escort_mj.estimators.estimator import updating_by
 from escort_mj.knowledge.auction import begin_auction, hear_bids
 from escort_mj.knowledge.belief import LEAST_VARIANCE, carry, target_shown, target_speed_shown
 from escort_mj.knowledge.links import NOBODY, radio_of
@@ -49,6 +48,7 @@ class EstimatorParameters(Fields):
         """Return the values of the fields for a mission."""
         return {
             "estimator": number_of(setup.estimator, ESTIMATORS),
+            "estimator_place": setup.estimator,
             "estimate_moves": setup.estimator.predicts,
             "estimate_density": setup.estimator.density if setup.estimator.has_covariance else UNSURE,
         }
@@ -207,7 +207,7 @@ def _note(plan: Plan, state: State) -> None:
 def _kernel_of(estimator: type[Estimator]) -> Callable[..., Any]:
     """Return a kernel that lets an estimator that ships change the belief of a robot."""
     equations = {name: inlined_once(equation) for name, equation in estimator.equations().items()}
-    update, read = inlined(updating_by(estimator, inlined, equations)), reader(estimator)
+    update, read = inlined(estimator.evaluation(inlined, equations)), reader(estimator)
 
     def change(i: int, plan: Plan, state: State) -> None:
         update(read(block_at(plan.estimator_place, plan), 0), estimator_view(state), i)

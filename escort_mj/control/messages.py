@@ -20,7 +20,7 @@ from escort_mj.native.on_demand import on_demand
 from escort_mj.numerics.gaussian import RADIO, fractions
 from escort_mj.plan import Plan, State
 from escort_mj.radios import RADIOS, Radio
-from escort_mj.radios.radio import PASSES, SENDS, answering_by, radio_view
+from escort_mj.radios.radio import PASSES, SENDS, radio_view
 
 LOST = -1
 
@@ -28,7 +28,7 @@ LOST = -1
 def _kernel_of(radio: type[Radio]) -> Callable[..., Any]:
     """Return a kernel that asks a radio that ships about a message."""
     equations = {name: inlined_once(equation) for name, equation in radio.equations().items()}
-    answer, read = inlined(answering_by(radio, inlined, equations)), reader(radio)
+    answer, read = inlined(radio.evaluation(inlined, equations)), reader(radio)
 
     def ask(question: int, plan: Plan, state: State) -> None:
         plan_at, state_at = view_addresses(state)

@@ -77,6 +77,7 @@ class StackParameters(Fields):
         avoidance = [behavior.avoidance(setup) for behavior in behaviors]
         return {
             "level_behavior": [number_of(behavior, BEHAVIORS) for behavior in behaviors],
+            "level_place": behaviors,
             "level_column": [setup.kinds.index(behavior.behavior) for behavior in behaviors],
             "level_gain": [behavior.convergence for behavior in behaviors],
             "level_in_world": [behavior.frame == "world" for behavior in behaviors],

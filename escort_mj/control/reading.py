@@ -14,7 +14,7 @@ from escort_mj.native.on_demand import on_demand
 from escort_mj.numerics.gaussian import SENSOR, fractions, normals
 from escort_mj.plan import Plan, State
 from escort_mj.sensors import QUANTITIES, SENSORS, Sensor
-from escort_mj.sensors.sensor import MOVES, NORMALS, SHOWS, sensor_view, showing_by
+from escort_mj.sensors.sensor import MOVES, NORMALS, SHOWS, sensor_view
 
 POSITION, VELOCITY, TARGET_POSITION, TARGET_VELOCITY, HEADING = range(len(QUANTITIES))
 BLOCKS = 2  # of random numbers for one axis
@@ -97,7 +97,7 @@ def _show(quantity: int, k: int, state: State) -> None:
 def _kernel_of(sensor: type[Sensor]) -> Callable[..., Any]:
     """Return a kernel that asks a sensor that ships, along one axis."""
     equations = {name: inlined_once(equation) for name, equation in sensor.equations().items()}
-    show, read = inlined(showing_by(sensor, inlined, equations)), reader(sensor)
+    show, read = inlined(sensor.evaluation(inlined, equations)), reader(sensor)
 
     def ask(s: int, question: int, plan: Plan, state: State) -> None:
         plan_at, state_at = view_addresses(state)

@@ -51,6 +51,7 @@ class SupervisorParameters(Fields):
             "phase_before": [math.inf, *(phase.before or math.inf for phase in phases)],
             "phase_team": [0, *(names.index(phase.team) for phase in phases)],
             "phase_rule": [ALWAYS, *rules],
+            "phase_rule_place": [0, *(phase.when or 0 for phase in phases)],
         }
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +11,8 @@ from pydantic import NonNegativeFloat, PositiveFloat
 
 from escort_mj.behaviors.robots import robots_at
 from escort_mj.components.component import Component, block_at, reader
+from escort_mj.components.found import shipped
+from escort_mj.components.setup import MissionSetup
 from escort_mj.control.nsb import task_of
 from escort_mj.knowledge.belief import target_place, target_speed
 from escort_mj.native.fields import Array, Fields, Value
@@ -51,7 +53,13 @@ class TriggerParameters(Fields):
         int, Value("1", "where its block in `parameters` begins; -1 where the outer loop runs at every step")
     ]
 
+    @classmethod
+    def packed(cls, setup: MissionSetup) -> dict[str, Any]:
+        """Return the values of the fields for a mission."""
+        return {"trigger_place": setup.trigger or ALWAYS}
 
+
+shipped.add(Trigger)
 read_trigger = reader(Trigger)
 
 

@@ -31,6 +31,7 @@ class OuterLoopParameters(Fields):
         """Return the values of the fields for a mission."""
         return {
             "outer": OUTSIDE if setup.outside else number_of(setup.outer, OUTER_LOOPS),
+            "outer_place": setup.outer,
             "outer_composes": setup.outer.composes,
             "outer_avoids": setup.outer.avoids,
             "outer_meets": setup.outer.meets,

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from functools import cache
 from typing import Annotated, Any, ClassVar, NamedTuple
 
-from escort_mj.components.equations import Equations
-from escort_mj.components.memory import RATE
+from escort_mj.components.equations import VECTOR, Answer, Call, Equations
+from escort_mj.components.memory import RATE, keep_rate
 from escort_mj.native.fields import Array
-from escort_mj.native.lanes import Lanes, load
+from escort_mj.native.lanes import WIDTH, Lanes, load
 from escort_mj.native.memory import layout_with, narrower
 from escort_mj.native.values import maker_of, names_of, unknown, with_own
-from escort_mj.native.vectors import Vec, one_row, rows_at
+from escort_mj.native.vectors import Vec, one_row, rows_at, set_rows
 
 
 class DisturbanceView(NamedTuple):
@@ -129,6 +129,38 @@ class Disturbance(Equations):
     def robots(cls) -> type[Robots]:
         """Return what its equations are handed: robots that have its own memory by name."""
         return with_own(Robots, cls, {name: _remembered(row) for row, name in enumerate(cls.memories())})
+
+    @classmethod
+    def evaluation(cls, made: Call, equations: Mapping[str, Call]) -> Call:
+        """Return what writes the forces on all robots and the rates of its memory: `(parameters, view)`."""
+        robots_at, force = robots_of(cls), equations["force"]
+
+        def push(parameters: Any, view: Any) -> None:
+            for i in range(0, view.q.shape[0], WIDTH):
+                set_rows(view.disturbance_force, i, force(parameters, robots_at(i, view)))
+
+        def after(before: Call, row: int, rate: Call) -> Call:
+            def write(parameters: Any, view: Any) -> None:
+                before(parameters, view)
+                for i in range(0, view.q.shape[0], WIDTH):
+                    set_rows(view.rate_found, i, rate(parameters, robots_at(i, view)))
+                keep_rate(view, row)
+
+            return made(write)
+
+        write = made(push)
+        for row, name in enumerate(cls.memories()):
+            write = after(write, row, equations[name + RATE])
+
+        def run(parameters: Any, view: Any) -> None:
+            write(parameters, view)
+
+        return run
+
+    @classmethod
+    def answer_of(cls, name: str) -> Answer:
+        """Return what an equation is to return."""
+        return VECTOR
 
 
 def _remembered(row: int) -> property:

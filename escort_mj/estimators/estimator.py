@@ -1,13 +1,13 @@
 """Base of estimators: what a robot makes of what it sees and hears of the target."""
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any, ClassVar, Self
 
 from pydantic import model_validator
 
 from escort_mj.components.component import Derived
-from escort_mj.components.equations import Equations
+from escort_mj.components.equations import Answer, Call, Equations
 from escort_mj.estimators.belief import Belief, EstimatorView, Witness, witness_of
 from escort_mj.knowledge.sight import MEASURES
 from escort_mj.native.values import names_of
@@ -75,30 +75,24 @@ class Estimator(Equations):
         """
         return r.heard if r.heard.fix > r.belief.fix else r.belief
 
+    @classmethod
+    def evaluation(cls, made: Call, equations: Mapping[str, Call]) -> Call:
+        """Return what changes the belief of a robot: `(parameters, view, robot)`."""
+        sees, hears, matrices = equations["sees"], equations["hears"], int(cls.has_covariance)
 
-Call = Callable[..., Any]
+        def update(parameters: Any, view: Any, robot: int) -> None:
+            view.beliefs_made[0] = 0.0
+            r = witness_of(robot, view)
+            found = sees(parameters, r) if view.message[0] < 0.0 else hears(parameters, r)
+            for k in range(view.belief.shape[1]):
+                view.belief[robot, k] = found.x[k]
+            for k in range(matrices * view.belief_covariance.shape[1]):
+                view.belief_covariance[robot, k] = found.covariance[k]
+            view.belief_time[robot], view.belief_fix[robot] = found.time, found.fix
 
+        return update
 
-def updating_by(
-    estimator: type[Estimator], made: Callable[[Call], Call], equations: Mapping[str, Call]
-) -> Call:
-    """Return what changes the belief of a robot: `(parameters, view, robot)`.
-
-    Args:
-        estimator: The estimator.
-        made: Makes a function callable in kernels.
-        equations: What `estimator.equations()` returns, made so.
-    """
-    sees, hears, matrices = equations["sees"], equations["hears"], int(estimator.has_covariance)
-
-    def update(parameters: Any, view: Any, robot: int) -> None:
-        view.beliefs_made[0] = 0.0
-        r = witness_of(robot, view)
-        found = sees(parameters, r) if view.message[0] < 0.0 else hears(parameters, r)
-        for k in range(view.belief.shape[1]):
-            view.belief[robot, k] = found.x[k]
-        for k in range(matrices * view.belief_covariance.shape[1]):
-            view.belief_covariance[robot, k] = found.covariance[k]
-        view.belief_time[robot], view.belief_fix[robot] = found.time, found.fix
-
-    return update
+    @classmethod
+    def answer_of(cls, name: str) -> Answer:
+        """Return what an equation is to return."""
+        return (Belief,), "a belief, such as r.believe(...) returns"

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from typing import Annotated, Any, ClassVar, Literal, NamedTuple
 
 from pydantic import NonNegativeFloat, PositiveInt
 
-from escort_mj.components.equations import Equations
+from escort_mj.components.equations import Call, Equations
 from escort_mj.native.fields import Array
 from escort_mj.native.lanes import WIDTH, everywhere, lane_numbers, store, where
 from escort_mj.native.memory import layout_with
@@ -90,28 +90,20 @@ class Failure(Equations):
         """
         yield from ()
 
+    @classmethod
+    def evaluation(cls, made: Call, equations: Mapping[str, Call]) -> Call:
+        """Return what writes the command of the motors of one robot: `(parameters, view, robot)`."""
+        values_at, command = reader_of(cls.names()), equations["command"]
 
-Call = Callable[..., Any]
+        def fail(parameters: Any, view: Any, robot: int) -> None:
+            p = view.q.shape[1]
+            for at in range(robot * p // WIDTH * WIDTH, robot * p + p, WIDTH):
+                axis = lane_numbers() + float(at - robot * p)
+                mine = (axis > -0.5) & (axis < p - 0.5)  # beside it are those of other robots
+                found = everywhere(command(parameters, values_at(view, at)))
+                store(view.failure_command, at, where(mine, found, 0.0))
 
-
-def failing_by(failure: type[Failure], equations: Mapping[str, Call]) -> Call:
-    """Return what writes the command of the motors of one robot: `(parameters, view, robot)`.
-
-    Args:
-        failure: The failure.
-        equations: What `failure.equations()` returns, callable in kernels.
-    """
-    values_at, command = reader_of(failure.names()), equations["command"]
-
-    def fail(parameters: Any, view: Any, robot: int) -> None:
-        p = view.q.shape[1]
-        for at in range(robot * p // WIDTH * WIDTH, robot * p + p, WIDTH):
-            axis = lane_numbers() + float(at - robot * p)
-            mine = (axis > -0.5) & (axis < p - 0.5)  # beside it are those of other robots
-            found = everywhere(command(parameters, values_at(view, at)))
-            store(view.failure_command, at, where(mine, found, 0.0))
-
-    return fail
+        return fail
 
 
 def failure_view(plan: int, state: int, axes: int) -> FailureView:

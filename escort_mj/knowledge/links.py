@@ -38,6 +38,7 @@ class LinkParameters(Fields):
         blackouts = radio.blackouts if radio else ()
         return {
             "radio": number_of(radio, RADIOS) if radio else 0,
+            "radio_place": radio or 0,
             "radio_listed": bool((senders >= 0).any()),
             "radio_longest": radio.longest_steps(setup.timestep) if radio else 0,
             "senders": senders,

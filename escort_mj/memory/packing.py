@@ -8,20 +8,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from escort_mj.behaviors import BEHAVIORS
 from escort_mj.components.component import Component, shipped_layout
+from escort_mj.components.equations import Equations
+from escort_mj.components.found import shipped
 from escort_mj.components.parameters import UNLIMITED
 from escort_mj.control.custom.native import block_of
-from escort_mj.control.failure import NEVER
 from escort_mj.control.harmonics import sum_of, tabulate
-from escort_mj.control.outer_loops import OUTER_LOOPS
 from escort_mj.control.setup import Setup
-from escort_mj.control.trigger import ALWAYS, Trigger
-from escort_mj.disturbances import DISTURBANCES
-from escort_mj.estimators import ESTIMATORS
-from escort_mj.failures import FAILURES
 from escort_mj.knowledge.belief import MADE
-from escort_mj.laws import LAWS
 from escort_mj.memory.layout import LAYOUT, Plan
 from escort_mj.memory.sampling import Sampling, signal_dimensions
 from escort_mj.monitor.clearances import FAR_AWAY
@@ -32,11 +26,7 @@ from escort_mj.native.lanes import room_for
 from escort_mj.numerics.neighbors import LISTED
 from escort_mj.numerics.program import Op
 from escort_mj.numerics.reform import scratch_size
-from escort_mj.policies import POLICIES
-from escort_mj.radios import RADIOS
-from escort_mj.rules import RULES
 from escort_mj.sensing.sensors import rows_of_past
-from escort_mj.sensors import SENSORS
 from escort_mj.signals import SIGNALS, record_size, record_sizes
 
 Array = NDArray[np.float64]
@@ -53,10 +43,12 @@ def pack(setup: Setup, sampling: Sampling, signals: Sequence[str] = ()) -> Array
     n, p, columns = setup.count, setup.axes, sampling.columns
     of_signals = signal_dimensions(setup, sampling)
     record = record_size(record_sizes(of_signals))
-    values = _components(setup) | _functions(setup)
+    values, blocks = _functions(setup), _Blocks(setup)
+    blocks.placed(setup.law)  # comes first
     for owner in Plan.__bases__:
         if issubclass(owner, Fields):
-            values |= owner.packed(setup)
+            values |= {name: blocks.placed(value) for name, value in owner.packed(setup).items()}
+    values["parameters"] = np.concatenate(blocks.blocks)
     values |= {
         "watched_group": [group for group, _ in columns],
         "watched_alone": [alone for _, alone in columns],
@@ -164,55 +156,25 @@ def _functions(setup: Setup) -> dict[str, Any]:
     }
 
 
-SHIPPED = (
-    *(*LAWS, *OUTER_LOOPS, *ESTIMATORS, *BEHAVIORS, *POLICIES, *RADIOS, *SENSORS, *DISTURBANCES),
-    *(*FAILURES, *RULES, Trigger),
-)
+class _Blocks:
+    """The parameters of the components of a mission, one block behind the other."""
 
+    def __init__(self, setup: Setup) -> None:
+        self.setup = setup
+        self.blocks: list[Array] = []
+        self.end = 0
 
-def _components(setup: Setup) -> dict[str, Any]:
-    """Return the parameters of law, outer loop and behaviors as kernels read them, and where each begins."""
-    members: dict[str, list[Component]] = {
-        "law_place": [setup.law],
-        "outer_place": [setup.outer],
-        "estimator_place": [setup.estimator],
-        "level_place": [*setup.all_behaviors],
-        "mover_place": [mover.policy for mover in setup.movers if mover.policy is not None],
-        "radio_place": [setup.radio] if setup.radio is not None else [],
-        "trigger_place": [setup.trigger] if setup.trigger is not None else [],
-        "sensor_place": [*setup.sensing.plain],
-        "lidar_place": [setup.sensing.lidar] if setup.sensing.lidar is not None else [],
-        "own_sensor_place": [*setup.sensing.own.values()],
-        "team_law_place": [*setup.laws],
-        "disturbance_place": [*setup.disturbances],
-        "failure_place": [*setup.failures],
-        "phase_rule_place": [phase.when for phase in setup.phases if phase.when is not None],
-    }
-    blocks, places, end = [], {name: [0] * 0 for name in members}, 0
-    for name, group in members.items():
-        for member in group:
-            places[name].append(end)
-            if type(member) in SHIPPED:
-                blocks.append(shipped_layout(type(member)).pack({"p": setup.axes}, member.packed(setup)))
-            else:
-                blocks.append(block_of(member, setup.axes))
-            end += len(blocks[-1])
-    by_policy, by_rule = iter(places["mover_place"]), iter(places["phase_rule_place"])
-    failing = np.full(setup.count if setup.failures else 0, NEVER)
-    failing[[failure.robot - 1 for failure in setup.failures]] = places["failure_place"]
-    return {
-        "parameters": np.concatenate(blocks),
-        "team_law_place": places["team_law_place"],
-        "disturbance_place": places["disturbance_place"],
-        "outer_place": places["outer_place"][0],
-        "estimator_place": places["estimator_place"][0],
-        "radio_place": places["radio_place"][0] if setup.radio else 0,
-        "trigger_place": places["trigger_place"][0] if setup.trigger else ALWAYS,
-        "sensor_place": places["sensor_place"],
-        "lidar_place": places["lidar_place"][0] if setup.sensing.lidar else 0,
-        "own_sensor_place": places["own_sensor_place"],
-        "level_place": places["level_place"],
-        "failure_place": failing,
-        "phase_rule_place": [0, *(0 if phase.when is None else next(by_rule) for phase in setup.phases)],
-        "mover_place": [0 if mover.policy is None else next(by_policy) for mover in setup.movers],
-    }
+    def placed(self, value: Any) -> Any:
+        """Return a value of the plan, in which places stand for components."""
+        if isinstance(value, list | tuple):
+            return [self.placed(each) for each in value]
+        if not isinstance(value, Component):
+            return value
+        if type(value) in shipped:
+            block = shipped_layout(type(value)).pack({"p": self.setup.axes}, value.packed(self.setup))
+        else:
+            assert isinstance(value, Equations), "what plugins bring"
+            block = block_of(value, self.setup.axes)
+        self.blocks.append(block)
+        self.end += len(block)
+        return self.end - len(block)

@@ -82,6 +82,8 @@ class Fields:
     def packed(cls, setup: Any) -> dict[str, Any]:
         """Return the values of those fields that a mission's setup tells; none by default.
 
+        A component, or one in a list, stands for the place where its parameters begin.
+
         Args:
             setup: Everything that the controller is given of the mission.
         """

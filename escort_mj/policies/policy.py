@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from functools import cache
 from typing import Annotated, Any, ClassVar, Self
 
 from pydantic import Field
 
-from escort_mj.components.equations import Equations
+from escort_mj.components.equations import NUMBER, VECTOR, Answer, Call, Equations
 from escort_mj.native.values import maker_of, names_of, with_own
 from escort_mj.native.vectors import Vec, set_numbers
 from escort_mj.policies.body import Body, PolicyView, kept, place_of
@@ -72,49 +72,46 @@ class Policy(Equations):
         kinds = {name: memory.vector for name, memory in cls.memories().items()}
         return with_own(Body, cls, {name: kept(kinds[name], *place) for name, place in cls.places().items()})
 
+    @classmethod
+    def evaluation(cls, made: Call, equations: Mapping[str, Call]) -> Call:
+        """Return what writes the wish of a body and returns `ACTS` or `RESTS`: `(parameters, view, body)`."""
+        body_at, velocity, acts = bodies_of(cls), equations["velocity"], equations["acts"]
+
+        def nothing(parameters: Any, view: Any, body: int) -> None:
+            return
+
+        def after(before: Call, following: Call, numbers: int, vectors: int) -> Call:
+            def write(parameters: Any, view: Any, body: int) -> None:
+                before(parameters, view, body)
+                found = following(parameters, body_at(body, view))
+                set_numbers(view.policy_memory_next, place_of(view, body, numbers, vectors), found)
+
+            return made(write)
+
+        move, places = made(nothing), cls.places()
+        for name, (numbers, vectors) in places.items():
+            move = after(move, equations[name + cls.moves], numbers, vectors)
+        all_vectors = sum(each.vector for each in cls.memories().values())
+        all_numbers = len(places) - all_vectors
+
+        def decide(parameters: Any, view: Any, body: int) -> int:
+            move(parameters, view, body)
+            for at in range(place_of(view, body, 0, 0), place_of(view, body, all_numbers, all_vectors)):
+                view.policy_memory[at] = view.policy_memory_next[at]
+            r = body_at(body, view)
+            set_numbers(view.mover_wish, body * view.q.shape[1], velocity(parameters, r))
+            return ACTS if acts(parameters, r) else RESTS
+
+        return decide
+
+    @classmethod
+    def answer_of(cls, name: str) -> Answer:
+        """Return what an equation is to return."""
+        memory = cls.memories().get(name.removesuffix(cls.moves))
+        return VECTOR if name == cls.method or (memory is not None and memory.vector) else NUMBER
+
 
 @cache
 def bodies_of(policy: type[Policy]) -> Any:
     """Return a function that makes what a policy is handed: of the body's number and the view."""
     return maker_of(policy.body())
-
-
-Call = Callable[..., Any]
-
-
-def deciding_by(policy: type[Policy], made: Callable[[Call], Call], equations: Mapping[str, Call]) -> Call:
-    """Return what writes the velocity that a body wants: `(parameters, view, body)`, `ACTS` or `RESTS`.
-
-    Args:
-        policy: The policy.
-        made: Makes a function callable in kernels.
-        equations: What `policy.equations()` returns, made so.
-    """
-    body_at, velocity, acts = bodies_of(policy), equations["velocity"], equations["acts"]
-
-    def nothing(parameters: Any, view: Any, body: int) -> None:
-        return
-
-    def after(before: Call, following: Call, numbers: int, vectors: int) -> Call:
-        def write(parameters: Any, view: Any, body: int) -> None:
-            before(parameters, view, body)
-            found = following(parameters, body_at(body, view))
-            set_numbers(view.policy_memory_next, place_of(view, body, numbers, vectors), found)
-
-        return made(write)
-
-    move, places = made(nothing), policy.places()
-    for name, (numbers, vectors) in places.items():
-        move = after(move, equations[name + policy.moves], numbers, vectors)
-    all_vectors = sum(each.vector for each in policy.memories().values())
-    all_numbers = len(places) - all_vectors
-
-    def decide(parameters: Any, view: Any, body: int) -> int:
-        move(parameters, view, body)
-        for at in range(place_of(view, body, 0, 0), place_of(view, body, all_numbers, all_vectors)):
-            view.policy_memory[at] = view.policy_memory_next[at]
-        r = body_at(body, view)
-        set_numbers(view.mover_wish, body * view.q.shape[1], velocity(parameters, r))
-        return ACTS if acts(parameters, r) else RESTS
-
-    return decide

@@ -1,7 +1,7 @@
 """Base of radios: who can hear whom, when each robot sends, and what becomes of its messages."""
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Annotated, Any, ClassVar, Literal, NamedTuple, TypeAlias
 
 import numpy as np
@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from pydantic import Discriminator, Field, NonNegativeFloat, PositiveFloat, Tag
 
 from escort_mj.components.component import Derived
-from escort_mj.components.equations import Equations, Memory
+from escort_mj.components.equations import Call, Equations, Memory
 from escort_mj.components.parameters import Parameters
 from escort_mj.native.fields import Array
 from escort_mj.native.memory import layout_with
@@ -289,46 +289,37 @@ class Radio(Equations):
             count, slots
         )
 
+    @classmethod
+    def evaluation(cls, made: Call, equations: Mapping[str, Call]) -> Call:
+        """Return what answers a question about a message: `(parameters, view, question)`."""
+        values_at = reader_of(cls.names())
+        sends, loses, delays = (equations[name] for name in cls.asks)
 
-Call = Callable[..., Any]
-
-
-def answering_by(radio: type[Radio], made: Callable[[Call], Call], equations: Mapping[str, Call]) -> Call:
-    """Return what answers a question about a message: `(parameters, view, question)`.
-
-    Args:
-        radio: The radio.
-        made: Makes a function callable in kernels.
-        equations: What `radio.equations()` returns, made so.
-    """
-    values_at = reader_of(radio.names())
-    sends, loses, delays = (equations[name] for name in radio.asks)
-
-    def nothing(parameters: Any, view: Any) -> None:
-        return
-
-    def after(before: Call, row: int, following: Call) -> Call:
-        def write(parameters: Any, view: Any) -> None:
-            before(parameters, view)
-            view.link_memory_next[row] = following(parameters, values_at(view, 0))
-
-        return made(write)
-
-    move = made(nothing)
-    for row, name in enumerate(radio.memories()):
-        move = after(move, row, equations[name + radio.moves])
-
-    def answer(parameters: Any, view: Any, question: int) -> None:
-        if question == SENDS:
-            view.message_due[0] = sends(parameters, values_at(view, 0))
+        def nothing(parameters: Any, view: Any) -> None:
             return
-        move(parameters, view)
-        for row in range(view.link_memory.shape[0]):
-            view.link_memory[row] = view.link_memory_next[row]
-        view.message_lost[0] = loses(parameters, values_at(view, 0))
-        view.message_delay[0] = delays(parameters, values_at(view, 0))
 
-    return answer
+        def after(before: Call, row: int, following: Call) -> Call:
+            def write(parameters: Any, view: Any) -> None:
+                before(parameters, view)
+                view.link_memory_next[row] = following(parameters, values_at(view, 0))
+
+            return made(write)
+
+        move = made(nothing)
+        for row, name in enumerate(cls.memories()):
+            move = after(move, row, equations[name + cls.moves])
+
+        def answer(parameters: Any, view: Any, question: int) -> None:
+            if question == SENDS:
+                view.message_due[0] = sends(parameters, values_at(view, 0))
+                return
+            move(parameters, view)
+            for row in range(view.link_memory.shape[0]):
+                view.link_memory[row] = view.link_memory_next[row]
+            view.message_lost[0] = loses(parameters, values_at(view, 0))
+            view.message_delay[0] = delays(parameters, values_at(view, 0))
+
+        return answer
 
 
 def radio_view(plan: int, state: int, axes: int) -> RadioView:

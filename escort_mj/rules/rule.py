@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any, ClassVar, Literal
 
 from escort_mj.behaviors.robots import Robots, robots_at
 from escort_mj.components.component import Derived
-from escort_mj.components.equations import Equations
+from escort_mj.components.equations import Call, Equations
 from escort_mj.components.views import BehaviorView
 from escort_mj.native.lanes import everywhere, store
 from escort_mj.native.values import names_of
@@ -66,19 +66,12 @@ class Rule(Equations):
         """Where the phase ends."""
         return self.threshold if self.release is None else self.release
 
+    @classmethod
+    def evaluation(cls, made: Call, equations: Mapping[str, Call]) -> Call:
+        """Return what writes the values of robots i to i + 7 to a view: `(parameters, view, i)`."""
+        value = equations["value"]
 
-Call = Callable[..., Any]
+        def compare(parameters: Any, view: Any, i: int) -> None:
+            store(view.compared, i, everywhere(value(parameters, robots_at(i, view, view))))
 
-
-def comparing_by(equations: Mapping[str, Call]) -> Call:
-    """Return what writes the values of robots i to i + 7 to a view: `(parameters, view, i)`.
-
-    Args:
-        equations: What `equations()` of a rule returns, callable in kernels.
-    """
-    value = equations["value"]
-
-    def compare(parameters: Any, view: Any, i: int) -> None:
-        store(view.compared, i, everywhere(value(parameters, robots_at(i, view, view))))
-
-    return compare
+        return compare

@@ -35,7 +35,8 @@ class LidarParameters(Fields):
     def packed(cls, setup: MissionSetup) -> dict[str, Any]:
         """Return the values of the fields for a mission."""
         lidar = setup.sensing.lidar
-        return {"lidar_rays": lidar.directions(setup.axes) if lidar else np.zeros((0, setup.axes))}
+        rays = lidar.directions(setup.axes) if lidar else np.zeros((0, setup.axes))
+        return {"lidar_rays": rays, "lidar_place": lidar or 0}
 
 
 read_lidar = reader(Lidar)

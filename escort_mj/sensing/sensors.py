@@ -59,7 +59,9 @@ class SensorParameters(Fields):
             width = 1 if quantity == HEADING else setup.axes
             first += (quantity == HEADING) + width * len(each.memories())
         return {
+            "sensor_place": sensors.plain,
             "own_sensor": [number_of(each, SENSORS) for each in own.values()],
+            "own_sensor_place": [*own.values()],
             "own_quantity": [list(QUANTITIES).index(quantity) for quantity in own],
             "own_memories": [len(each.memories()) for each in own.values()],
             "own_first": firsts,

@@ -1,9 +1,9 @@
 """Base of sensors: what is measured of a quantity, from its true value."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Annotated, Any, ClassVar, NamedTuple
 
-from escort_mj.components.equations import Equations
+from escort_mj.components.equations import Call, Equations
 from escort_mj.native.fields import Array
 from escort_mj.native.lanes import WIDTH, copy_numbers, everywhere, store
 from escort_mj.native.memory import layout_with
@@ -110,46 +110,37 @@ class Sensor(Equations):
         drawn = tuple((name, "sensor_normals", row) for row, name in enumerate(NORMALS))
         return found._replace(rows=(*found.rows, *drawn))
 
+    @classmethod
+    def evaluation(cls, made: Call, equations: Mapping[str, Call]) -> Call:
+        """Return what writes the measured values of all robots: `(parameters, view, question)`."""
+        values_at, shows = reader_of(cls.names()), equations["shows"]
 
-Call = Callable[..., Any]
+        def nothing(parameters: Any, view: Any) -> None:
+            return
 
+        def after(before: Call, row: int, following: Call) -> Call:
+            def write(parameters: Any, view: Any) -> None:
+                before(parameters, view)
+                count = view.sensor_truth.shape[0]
+                for at in range(0, count, WIDTH):  # what it writes past the end, the next row writes again
+                    found = following(parameters, values_at(view, at))
+                    store(view.sensor_memory_next, row * count + at, everywhere(found))
 
-def showing_by(sensor: type[Sensor], made: Callable[[Call], Call], equations: Mapping[str, Call]) -> Call:
-    """Return what writes the measured values of all robots: `(parameters, view, question)`.
+            return made(write)
 
-    Args:
-        sensor: The sensor.
-        made: Makes a function callable in kernels.
-        equations: What `sensor.equations()` returns, made so.
-    """
-    values_at, shows = reader_of(sensor.names()), equations["shows"]
+        move = made(nothing)
+        for row, name in enumerate(cls.memories()):
+            move = after(move, row, equations[name + cls.moves])
 
-    def nothing(parameters: Any, view: Any) -> None:
-        return
+        def show(parameters: Any, view: Any, question: int) -> None:
+            if question == MOVES:
+                move(parameters, view)
+                count = view.sensor_memory.shape[0] * view.sensor_memory.shape[1]
+                copy_numbers(view.sensor_memory_next, view.sensor_memory, count)
+            for at in range(0, view.sensor_truth.shape[0], WIDTH):
+                store(view.sensor_shown, at, everywhere(shows(parameters, values_at(view, at))))
 
-    def after(before: Call, row: int, following: Call) -> Call:
-        def write(parameters: Any, view: Any) -> None:
-            before(parameters, view)
-            count = view.sensor_truth.shape[0]
-            for at in range(0, count, WIDTH):  # what it writes past the end, the next row writes again
-                found = following(parameters, values_at(view, at))
-                store(view.sensor_memory_next, row * count + at, everywhere(found))
-
-        return made(write)
-
-    move = made(nothing)
-    for row, name in enumerate(sensor.memories()):
-        move = after(move, row, equations[name + sensor.moves])
-
-    def show(parameters: Any, view: Any, question: int) -> None:
-        if question == MOVES:
-            move(parameters, view)
-            count = view.sensor_memory.shape[0] * view.sensor_memory.shape[1]
-            copy_numbers(view.sensor_memory_next, view.sensor_memory, count)
-        for at in range(0, view.sensor_truth.shape[0], WIDTH):
-            store(view.sensor_shown, at, everywhere(shows(parameters, values_at(view, at))))
-
-    return show
+        return show
 
 
 def sensor_view(plan: int, state: int, axes: int) -> SensorView:

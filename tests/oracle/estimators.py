@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from escort_mj.estimators.belief import EstimatorView
 from escort_mj.estimators.consensus import Consensus
 from escort_mj.estimators.covariance_intersection import CovarianceIntersection
-from escort_mj.estimators.estimator import Estimator, updating_by
+from escort_mj.estimators.estimator import Estimator
 from escort_mj.estimators.hold import Hold
 from escort_mj.estimators.kalman import Kalman
 from escort_mj.knowledge.belief import LEAST_VARIANCE
@@ -64,7 +64,7 @@ class Belief:
 @singledispatch
 def update(estimator: Estimator, view: EstimatorView, robot: int) -> None:
     """Change the belief of a robot by what it sees or hears, by its equations unless there are matrices."""
-    updating_by(type(estimator), lambda function: function, estimator.equations())(estimator, view, robot)
+    type(estimator).evaluation(lambda function: function, estimator.equations())(estimator, view, robot)
 
 
 @update.register

@@ -10,40 +10,22 @@ from __future__ import annotations
 import ctypes
 import hashlib
 import threading
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from escort_mj.behaviors.behavior import Behavior
-from escort_mj.behaviors.evaluation import asking_by
-from escort_mj.behaviors.task import Inequality, Task
-from escort_mj.components.component import Component, layout_of
-from escort_mj.components.equations import Equations, kind_word
+from escort_mj.components.component import layout_of
+from escort_mj.components.equations import NUMBER, Answer, Equations, kind_word
 from escort_mj.components.views import LawView
-from escort_mj.disturbances import Disturbance
-from escort_mj.disturbances.evaluation import pushing_by
 from escort_mj.errors import CompilerMissingError, PluginError
-from escort_mj.estimators.belief import Belief
-from escort_mj.estimators.estimator import Estimator, updating_by
-from escort_mj.failures import Failure
-from escort_mj.failures.failure import failing_by
-from escort_mj.laws.evaluation import array_evaluation, evaluation_by, memory_by
-from escort_mj.laws.law import Law
 from escort_mj.native import artifacts, cache
 from escort_mj.native.fields import Array
 from escort_mj.native.kernels import DOUBLE, external, place, vector_at
-from escort_mj.native.lanes import WIDTH, store
 from escort_mj.native.memory import Layout, layout_with
 from escort_mj.native.on_demand import CLASSES
-from escort_mj.native.vectors import Vec
 from escort_mj.plugin_calls import place_of, step
-from escort_mj.policies.policy import Policy, deciding_by
-from escort_mj.radios.radio import Radio, answering_by
-from escort_mj.rules import Rule
-from escort_mj.rules.rule import comparing_by
-from escort_mj.sensors.sensor import Sensor, showing_by
 
 MOST = 512  # functions of plugins that a process knows
 RAISED = 1  # status of a call that raised an error
@@ -58,14 +40,14 @@ class Slot(NamedTuple):
     """A function of a plugin, for one class of axes.
 
     Attributes:
-        model: The law or behavior.
+        model: The component.
         layout: Of its parameters.
         function: What runs, in Python: the compiled function's source, or the plain form.
         keep: What must live as long as its address is known.
         address: Of the machine code.
     """
 
-    model: type[Component]
+    model: type[Equations]
     layout: Layout
     function: Callable[..., Any]
     keep: Any
@@ -89,7 +71,7 @@ _seen: dict[int, dict[int, Callable[..., Any]]] = {}  # by addresses of state an
 _failures: dict[int, PluginFailure] = {}  # by address of the state
 
 
-def block_of(own: Component, axes: int) -> Array:
+def block_of(own: Equations, axes: int) -> Array:
     """The numbers of a law or behavior for the plan; what it runs is compiled or found.
 
     Raises:
@@ -101,7 +83,7 @@ def block_of(own: Component, axes: int) -> Array:
     return block
 
 
-def ready(model: type[Component], axes: int) -> int:
+def ready(model: type[Equations], axes: int) -> int:
     """Makes a law or behavior callable for missions of so many axes.
 
     Returns:
@@ -111,18 +93,12 @@ def ready(model: type[Component], axes: int) -> int:
         PluginError: If it cannot be compiled.
     """
     known = axes if axes in CLASSES else None
-    compiled, function = model.compiled, getattr(model, model.method)
-    text = f"{model.digest} {model.__module__}.{model.__qualname__} {known} {compiled}"
+    text = f"{model.digest} {model.__module__}.{model.__qualname__} {known} {model.compiled}"
     number = int.from_bytes(hashlib.sha256(text.encode()).digest()[:6])
     with _lock:
         if number not in _slots:
             layout = layout_of(model, number)
-            if compiled and issubclass(model, Equations):
-                slot = _compiled_equations(model, layout, text, known)
-            elif compiled:
-                slot = _compiled(model, function, layout, text, known)
-            else:
-                slot = _called_back(model, function, layout)
+            slot = _compiled(model, layout, text, known) if model.compiled else _called_back(model, layout)
             place = _table[0]
             if place >= MOST:
                 raise PluginError(f"more than {MOST} components of plugins in one process")
@@ -132,26 +108,7 @@ def ready(model: type[Component], axes: int) -> int:
     return number
 
 
-def _compiled(model: type[Component], function: Any, layout: Layout, text: str, known: int | None) -> Slot:
-    """Machine code of a kernel, from the cache or compiled."""
-    name = hashlib.sha256(f"{text} {function.__qualname__}".encode()).hexdigest()
-    plugged = artifacts.kept_plugged(name) if model.digest else None
-    if plugged is not None:
-        return Slot(model, layout, function, plugged, artifacts.load_plugged(plugged))
-    if cache.version("numba") == "none":
-        raise CompilerMissingError(f"{_place(function)}: {function.__name__} is a kernel")
-    from escort_mj.native.compiler.plugged import NotCompiledError, compile_function
-
-    try:
-        keep, address, plugged = compile_function(function, _given(model, layout, text, known), model.answers)
-    except NotCompiledError as error:
-        raise PluginError(str(error)) from None
-    if plugged is not None and model.digest:
-        artifacts.keep_plugged(name, plugged)
-    return Slot(model, layout, function, keep, address)
-
-
-def _compiled_equations(model: type[Equations], layout: Layout, text: str, known: int | None) -> Slot:
+def _compiled(model: type[Equations], layout: Layout, text: str, known: int | None) -> Slot:
     """Machine code that evaluates a component's equations, from the cache or compiled."""
     name, method = hashlib.sha256(f"{text} equations".encode()).hexdigest(), getattr(model, model.method)
     kept = artifacts.kept_plugged(name) if model.digest else None
@@ -164,7 +121,7 @@ def _compiled_equations(model: type[Equations], layout: Layout, text: str, known
     from escort_mj.native.compiler.plugged import NotCompiledError, compile_function, in_kernels
 
     equations = {each: in_kernels(function) for each, function in model.equations().items()}
-    run, given = evaluating(model, in_kernels, equations), _given(model, layout, text, known)
+    run, given = model.evaluation(in_kernels, equations), _given(model, layout, text, known)
     called = f"the {kind_word(model)} {model.__name__}"
     try:
         keep, address, plugged = compile_function(run, given, model.answers, method, called)
@@ -175,46 +132,7 @@ def _compiled_equations(model: type[Equations], layout: Layout, text: str, known
     return Slot(model, layout, method, keep, address)
 
 
-def evaluating(
-    model: type[Equations], made: Callable[[Any], Any], equations: Mapping[str, Callable[..., Any]]
-) -> Callable[..., Any]:
-    """Return what evaluates a component's equations, as the loop calls it: of its parameters and its view.
-
-    Args:
-        model: The component.
-        made: Makes a function callable in kernels.
-        equations: What `model.equations()` returns, made so.
-    """
-    if issubclass(model, Behavior):
-        return asking_by(model, equations)
-    if issubclass(model, Policy):
-        return deciding_by(model, made, equations)
-    if issubclass(model, Estimator):
-        return updating_by(model, made, equations)
-    if issubclass(model, Radio):
-        return answering_by(model, made, equations)
-    if issubclass(model, Disturbance):
-        return pushing_by(model, made, equations)
-    if issubclass(model, Sensor):
-        return showing_by(model, made, equations)
-    if issubclass(model, Failure):
-        return failing_by(model, equations)
-    if issubclass(model, Rule):
-        return comparing_by(equations)
-    assert issubclass(model, Law)
-    evaluate, write_memory = (by(model, made, equations) for by in (evaluation_by, memory_by))
-
-    def run(parameters: Any, view: Any) -> None:
-        for at in range(0, view.e.shape[0] * view.e.shape[1], WIDTH):
-            tau, rate = evaluate(parameters, view, at)
-            store(view.tau, at, tau)
-            store(view.rho_hat_rate, at, rate)
-        write_memory(parameters, view)
-
-    return run
-
-
-def _given(model: type[Component], layout: Layout, text: str, known: int | None) -> tuple[Any, ...]:
+def _given(model: type[Equations], layout: Layout, text: str, known: int | None) -> tuple[Any, ...]:
     """The views that a compiled function is handed."""
     view = model.view
     return (
@@ -223,8 +141,9 @@ def _given(model: type[Component], layout: Layout, text: str, known: int | None)
     )
 
 
-def _called_back(model: type[Component], function: Callable[..., Any], layout: Layout) -> Slot:
+def _called_back(model: type[Equations], layout: Layout) -> Slot:
     """A C function that calls Python."""
+    function = getattr(model, model.method)
 
     def call(result: int, error: int, own: int, _: int, plan: int, state: int, *robot: int) -> int:
         if state in _failures:
@@ -251,7 +170,7 @@ def _called_back(model: type[Component], function: Callable[..., Any], layout: L
     return Slot(model, layout, function, callback, ctypes.cast(callback, ctypes.c_void_p).value or 0)
 
 
-def _call_of(model: type[Component], layout: Layout, own: int, plan: int, state: int) -> Callable[..., Any]:
+def _call_of(model: type[Equations], layout: Layout, own: int, plan: int, state: int) -> Callable[..., Any]:
     """Make what calls a component's method in a mission; what is not to be written cannot be."""
     parameters = model.unpacked(layout.read(layout.plan, own, own)._asdict())
     view = layout_with(model.view).read(model.view, plan, state)
@@ -265,52 +184,30 @@ def _call_of(model: type[Component], layout: Layout, own: int, plan: int, state:
     return found
 
 
-def _in_python(own: Any, view: Any) -> Callable[..., Any]:
-    """Return what calls a component's method in Python, or evaluates its equations."""
+def _in_python(own: Equations, view: Any) -> Callable[..., Any]:
+    """Return what evaluates a component's equations in Python."""
+    if (found := own.over_arrays(view)) is not None:
+        return found
     model = type(own)
-    if isinstance(own, Law):
-        return array_evaluation(own, view)
-    if isinstance(own, Equations):
-        equations = {
-            name: _returning(name, function, *_asked_of(own, name))
-            for name, function in model.equations().items()
-        }
-        run = evaluating(model, lambda function: function, equations)
-        return partial(_with_any_lanes, run, own, view)
-    return partial(getattr(model, model.method), own, view)
+    equations = {
+        name: _returning(name, function, model.answer_of(name))
+        for name, function in model.equations().items()
+    }
+    return partial(_with_any_lanes, model.evaluation(lambda function: function, equations), own, view)
 
 
-NUMBER = (int, float, np.number, np.bool_), "a number"
-VECTOR = (Vec,), "a vector, such as r.q"
-BELIEF = (Belief,), "a belief, such as r.believe(...) returns"
-INEQUALITY = (Inequality,), "what at_least(...) returns"
-TASK = (Task,), "a task, such as keep(...) returns"
-
-
-def _asked_of(own: Equations, name: str) -> tuple[tuple[type, ...], str]:
-    """Return of what types the answer of an equation is to be, and in words."""
-    if isinstance(own, Behavior):
-        return INEQUALITY if own.limits else TASK
-    if isinstance(own, Estimator):
-        return BELIEF
-    memory = own.memories().get(name.removesuffix(own.moves))
-    vector = memory.vector if memory is not None else name == own.method
-    return VECTOR if isinstance(own, Disturbance) or (isinstance(own, Policy) and vector) else NUMBER
-
-
-def _returning(
-    name: str, function: Callable[..., Any], kinds: tuple[type, ...], words: str
-) -> Callable[..., Any]:
+def _returning(name: str, function: Callable[..., Any], answer: Answer) -> Callable[..., Any]:
     """Return an equation; what it returns is looked at."""
+    kinds: Any = answer[0]
 
     def evaluate(parameters: Any, r: Any) -> Any:
         found: Any = function(parameters, r)
-        if kinds is NUMBER[0] and isinstance(found, np.ndarray) and found.dtype == float:  # of eight axes
+        if answer is NUMBER and isinstance(found, np.ndarray) and found.dtype == float:  # of eight axes
             return found
         if not isinstance(found, kinds):
-            said = f"{found!r:.80}" if kinds is NUMBER[0] else type(found).__name__
-            raise TypeError(f"{name} returned {said}; expected {words}")
-        return float(found) if isinstance(found, NUMBER[0]) else found
+            said = f"{found!r:.80}" if answer is NUMBER else type(found).__name__
+            raise TypeError(f"{name} returned {said}; expected {answer[1]}")
+        return float(found) if answer is NUMBER else found
 
     return evaluate
 
@@ -352,19 +249,11 @@ def invoke(number: int, own: int, plan: int, state: int, robot: int | None = Non
     return result.value
 
 
-def interpret(number: int, own: int, plan: int, state: int, robot: int | None = None) -> None:
-    """Calls a law or behavior as `invoke` does, but as Python, whatever form it has; errors are its own."""
-    _interpret(_slots[number], own, plan, state, robot)
-
-
 def _interpret(slot: Slot, own: int, plan: int, state: int, robot: int | None) -> None:
     numbers = slot.layout.read(slot.layout.plan, own, own)
     view = layout_with(slot.model.view).read(slot.model.view, plan, state)
     more = [] if slot.model.answers is None else [robot]
-    if issubclass(slot.model, Equations):
-        _in_python(slot.model.unpacked(numbers._asdict()), view)(*more)
-    else:
-        slot.function(numbers, view, *more)
+    _in_python(slot.model.unpacked(numbers._asdict()), view)(*more)
 
 
 def forget(state: int) -> None:
