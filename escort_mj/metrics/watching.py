@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from enum import StrEnum
+from functools import reduce
 from typing import NamedTuple
 
 import numpy as np
@@ -145,7 +146,8 @@ def fold(watch: Watch, trace: Recorded, starts: Starts, values: Array) -> Folded
     values = np.ascontiguousarray(values.T)  # few things, many steps: a reduction goes along the steps
     time, known = trace["time"].values, ~np.isnan(values)
     if watch.fold is Fold.MEAN:
-        total = np.add.reduceat(np.where(known, values, 0.0).sum(axis=0), starts)
+        each = reduce(np.add, np.where(known, values, 0.0))  # `sum` adds those of a single step in pairs
+        total = np.add.reduceat(each, starts)
         count = np.add.reduceat(known.sum(axis=0), starts)
         return Folded(total, count.astype(float), time[starts], np.zeros(len(starts)))
     if watch.fold is Fold.LAST:

@@ -237,7 +237,7 @@ class Session:
         """Return what came of the mission so far; one that has not ended is interrupted, and can go on."""
         outcome, message = self.outcome, self.message
         if outcome is Outcome.RUNNING:
-            outcome, message = Outcome.INTERRUPTED, f"ended from outside at {self.time:.2f} s"
+            outcome, message = Outcome.INTERRUPTED, f"judged before its end, at {self.time:.2f} s"
         told = self.samples, self.episodes, outcome, message, self.wall
         flight = conclude(self.scenario, self.plant, *told)
         if self.notes and flight.recording is not None:

@@ -35,7 +35,7 @@ _MEANINGS = {
     Outcome.COMPLETED: "the run reached the end of its duration",
     Outcome.DIVERGED: "a robot moved far away from the mission, or the state is no longer finite",
     Outcome.UNSTABLE: "MuJoCo issued a warning about the simulation",
-    Outcome.INTERRUPTED: "the run was stopped by Ctrl-C or SIGTERM, and ended in order",
+    Outcome.INTERRUPTED: "the run was stopped before its end",
     Outcome.KILLED: "the process died before the end of the run; the trace is recovered from its journal",
     Outcome.FAILED: "an internal error or an error in a plugin",
     Outcome.RUNNING: "the run is in progress",

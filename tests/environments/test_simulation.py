@@ -139,7 +139,9 @@ def test_what_cannot_be() -> None:
     with pytest.raises(UsageError, match="call reset"):
         simulation.step(np.zeros((5, 2)))
     simulation.reset()
-    assert simulation.run().outcome is Outcome.INTERRUPTED
+    run = simulation.run()
+    assert run.outcome is Outcome.INTERRUPTED and run.message == "judged before its end, at 0.00 s"
+    assert run.verdicts[0].message.endswith("interrupted, the run was stopped before its end")
     while simulation.outcome is Outcome.RUNNING:
         simulation.step(np.zeros((5, 2)))
     with pytest.raises(UsageError, match="call reset"):
