@@ -273,7 +273,7 @@ def pytest_runtest_makereport(
 def _clip(folder: Path, error: Any) -> str:
     """Draw the clip of verdicts that were found after a run; where it lies, or why there is none."""
     from escort_mj.errors import EscortError
-    from escort_mj.record.files import write_json
+    from escort_mj.files import write_json
     from escort_mj.report.video.video import render_clip
 
     write_json(folder / "verdicts.json", [asdict(verdict) for verdict in error.verdicts])

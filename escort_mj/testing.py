@@ -16,7 +16,8 @@ from pydantic import ValidationError
 
 from escort_mj.api.runs import Run
 from escort_mj.errors import Fault, ScenarioError
-from escort_mj.expect.verdicts import Verdict, judge_one
+from escort_mj.expect.verdicts import judge_one
+from escort_mj.record.outcome import Verdict
 from escort_mj.scenario import Scenario
 from escort_mj.scenario.checks.expectations import check_bounds, check_sides, check_windows
 from escort_mj.scenario.findings import key_path

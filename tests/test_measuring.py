@@ -3,10 +3,10 @@ import json
 import numpy as np
 import pytest
 
+from escort_mj.files import write_json
 from escort_mj.measuring import measure, measures_of, summarize
 from escort_mj.metrics import METRIC_NAMES, METRICS
 from escort_mj.metrics.metric import Metric
-from escort_mj.record.files import write_json
 from escort_mj.record.outcome import Outcome
 from tests.metrics.motions import RADIUS, TIME, ring, steps
 

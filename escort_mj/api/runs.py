@@ -12,11 +12,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from escort_mj.api.shown import ShownPage, ShownVideo
 from escort_mj.errors import UsageError
-from escort_mj.expect.verdicts import Verdict
 from escort_mj.measuring import metric_value
 from escort_mj.mission import NOT_KEPT, Flight, save
 from escort_mj.record.folder import VIDEO, RunFolder, StoredRun
-from escort_mj.record.outcome import Outcome
+from escort_mj.record.outcome import Outcome, Verdict
 from escort_mj.scenario import Scenario
 from escort_mj.scenario.arguments import Bound, Positive, checked
 from escort_mj.scenario.findings import did_you_mean
@@ -61,13 +60,10 @@ class Run:
         if isinstance(source, StoredRun):
             self.name, self.folder = str(source.trace.attrs.get("title", source.path.name)), source.path
             self.outcome, self.message = Outcome(source.outcome["outcome"]), str(source.outcome["message"])
-            stored = [verdict for verdict in source.verdicts if "metric" in verdict]
-            self.verdicts = [Verdict(**one | {"bodies": tuple(one.get("bodies", ()))}) for one in stored]
         else:
             self.name, self.folder = source.scenario.name, folder
             self.outcome, self.message = source.outcome, source.message
-            self.verdicts = source.verdicts
-        self.metrics = source.metrics
+        self.verdicts, self.metrics = source.verdicts, source.metrics
 
     @cached_property
     def scenario(self) -> Scenario:

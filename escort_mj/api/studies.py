@@ -224,7 +224,7 @@ def compare(
         UsageError: If there is no such law or outer loop, or if a folder contains other files.
         KeyboardInterrupt: On an interrupt; completed runs are kept, and the same call continues.
     """
-    from escort_mj.record.files import make_folder, write_text
+    from escort_mj.files import make_folder, write_text
     from escort_mj.record.outcome import FINAL
     from escort_mj.record.window import Span
     from escort_mj.report.comparison import write_comparison
@@ -279,7 +279,7 @@ def reproduce(
         KeyboardInterrupt: On an interrupt; completed runs are kept, and the same call continues.
     """
     from escort_mj.errors import UsageError
-    from escort_mj.record.files import read_json
+    from escort_mj.files import read_json
     from escort_mj.record.outcome import FINAL
     from escort_mj.report.pages.study_page import PAGE, write_study_page
     from escort_mj.study.engine import backends

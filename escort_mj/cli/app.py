@@ -111,7 +111,7 @@ def command(
 def finish(command: str, answer: Answer) -> NoReturn:
     """End a command with its exit code: print lines of text, or the results as one JSON document."""
     if OUTPUT.json:
-        from escort_mj.record.files import json_text
+        from escort_mj.files import json_text
 
         document = {"command": command, "exit_code": answer.code, **answer.told}
         typer.echo(printable_json(json_text(document)))

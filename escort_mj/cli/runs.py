@@ -121,7 +121,7 @@ def check_command(
 
     parent_of_workers()  # which gets ready meanwhile
     from escort_mj import api
-    from escort_mj.record.files import write_text
+    from escort_mj.files import write_text
     from escort_mj.report.pages import checked
     from escort_mj.report.video.video import render_clip
     from escort_mj.study.check import check_scenarios
@@ -144,7 +144,7 @@ def show_command(run_folder: RunFolder) -> Answer:
 
     Example: escort-mj show renders/main
     """
-    from escort_mj.expect.verdicts import Verdict, verdict_lines
+    from escort_mj.expect.verdicts import verdict_lines
     from escort_mj.record.folder import read_run
     from escort_mj.record.outcome import Outcome
 
@@ -155,10 +155,10 @@ def show_command(run_folder: RunFolder) -> Answer:
         f"{shown_path(run_folder)}: {Outcome(stored.outcome['outcome']).told(stored.outcome['message'])}",
         f"trace: {samples} samples of {robots} robots",
         *([f"physics: {physics}"] if physics else []),
-        *verdict_lines([Verdict(**verdict) for verdict in stored.verdicts if "metric" in verdict]),
+        *verdict_lines(stored.verdicts),
     ]
     told = {key: stored.outcome[key] for key in ("outcome", "message")} | {"physics": physics}
-    told |= {"samples": samples, "robots": robots, "verdicts": stored.verdicts}
+    told |= {"samples": samples, "robots": robots, "verdicts": [asdict(one) for one in stored.verdicts]}
     return Answer(lines, {"folder": shown_path(run_folder)} | told)
 
 

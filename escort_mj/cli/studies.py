@@ -265,7 +265,7 @@ def report_command(
 
 def _answer(result: StudyResult, summary: str, code: int = GOOD) -> Answer:
     """Return the answer of a command that wrote what it found into a JSON file of its folder."""
-    from escort_mj.record.files import read_json
+    from escort_mj.files import read_json
 
     found = read_json(result.folder / summary) if OUTPUT.json else None
     told = {"folder": shown_path(result.folder), "written": result.written, "result": found}

@@ -29,7 +29,7 @@ def new_command(file: Path, robots: Robots = 6, axes: Axes = 2, law: str = "apd_
         axes: 2 for the plane, 3 for space.
         law: Law of the inner loop.
     """
-    from escort_mj.record.files import write_text
+    from escort_mj.files import write_text
     from escort_mj.scenario import json_schema
     from escort_mj.scenario.reader.load import parse_scenario
     from escort_mj.scenario.reader.starter import starter
@@ -64,7 +64,7 @@ def export_command(source: Source, to: Path, overrides: Overrides = (), plugins:
             states.
     """
     from escort_mj import api
-    from escort_mj.record.files import write_model
+    from escort_mj.files import write_model
     from escort_mj.record.folder import read_run
     from escort_mj.report.exports.exports import MJCF, check_export, export_run
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -14,60 +13,13 @@ from escort_mj.metrics.measure import in_words
 from escort_mj.metrics.reading import robots
 from escort_mj.numerics.steps import first_step, last_step
 from escort_mj.plugin_calls import calling, is_plugins
-from escort_mj.record.outcome import Outcome
+from escort_mj.record.outcome import Outcome, Verdict
 from escort_mj.record.recording import LOG_OF, Recorded, ends_early, gaps_of, lent
 from escort_mj.record.tables import aligned
 from escort_mj.record.team import team_names
 from escort_mj.record.window import end_of, window
 
 MOST_GAPS = 3  # that a verdict lists
-
-
-@dataclass(frozen=True)
-class Verdict:
-    """Whether one expectation held.
-
-    Attributes:
-        metric: What was looked at: a metric, `contacts` or `clearance` of two sides, `settled`, `sanity`;
-            `outcome` for the run's own end.
-        demanded: The bound and its window in words.
-        value: Worst value found; None where there was none, infinite for "never".
-        unit: Unit of value and margin.
-        time: When it was found [s].
-        who: Who had it, in words.
-        margin: Distance from the bound, negative beyond it.
-        passed: Whether it counts as passed: it held, or it failed as expected.
-        near_miss: It held, but barely.
-        message: All of it in one line.
-        bodies: Names of the bodies that had the worst value.
-        held: Whether what was demanded held.
-        xfail: Reason for an expected failure; empty for none.
-        expectation: Its place in the scenario's list, from 0; None for the outcome that was not written down.
-        broken: A plugin raised an error instead of judging.
-        skip: Why it was not judged; empty where it was.
-    """
-
-    metric: str
-    demanded: str
-    value: float | None
-    unit: str
-    time: float | None
-    who: str
-    margin: float | None
-    passed: bool
-    near_miss: bool
-    message: str
-    bodies: tuple[str, ...] = ()
-    held: bool = True
-    xfail: str = ""
-    expectation: int | None = None
-    broken: bool = False
-    skip: str = ""
-
-    @property
-    def found(self) -> str:
-        """What was found, without what was demanded."""
-        return self.message.removeprefix(f"{self.metric} {self.demanded}: ")
 
 
 def judge(expectations: Sequence[Expectation], trace: Recorded, outcome: Outcome) -> list[Verdict]:

@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 
 from escort_mj.components.mission import axis_names
 from escort_mj.errors import LogError, UsageError
-from escort_mj.expect.verdicts import Verdict
 from escort_mj.expectations.outcome import OutcomeExpectation
 from escort_mj.judging.faults import faults_of, is_short, span_of
 from escort_mj.judging.filling import fill, ways_away
@@ -29,7 +28,7 @@ from escort_mj.mission import Flight, Progress, completed, sum_up
 from escort_mj.mission.stepped import SteppedMission
 from escort_mj.numerics.steps import SLACK, last_step
 from escort_mj.recognize import irregular
-from escort_mj.record.outcome import Outcome
+from escort_mj.record.outcome import Outcome, Verdict
 from escort_mj.record.recording import GAPS, LOG, LOG_END, LOG_OF, NOT_LOGGED, NOT_SEEN, record
 from escort_mj.scenario import Scenario
 from escort_mj.scenario.arguments import checked

@@ -13,14 +13,14 @@ from numpy.typing import NDArray
 
 from escort_mj import stopping
 from escort_mj.errors import EscortError, UsageError
-from escort_mj.expect.verdicts import Verdict, judge
+from escort_mj.expect.verdicts import judge
 from escort_mj.measuring import measures_of, summarize
 from escort_mj.metrics.measure import Measure
 from escort_mj.metrics.metric import Metric
 from escort_mj.monitor.signals import START
 from escort_mj.native.on_demand import waited
 from escort_mj.plugin_calls import waiting_once
-from escort_mj.record.outcome import Outcome
+from escort_mj.record.outcome import Outcome, Verdict
 from escort_mj.record.recording import NONE, Recording, Variable, record
 from escort_mj.record.stored import ASSETS
 from escort_mj.scenario import dump_scenario

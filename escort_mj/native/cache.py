@@ -21,6 +21,8 @@ from contextlib import suppress
 from functools import cache, cached_property
 from pathlib import Path
 
+from escort_mj.errors import WriteError
+from escort_mj.files import replaced
 from escort_mj.native.levels import level
 
 FOLDER = "ESCORT_MJ_CACHE_DIR"
@@ -42,7 +44,7 @@ ROOMS = (
     *("memory", "world/loop"),
 )
 NO_CONSTANTS = {  # modules from which no kernel takes anything
-    *("__init__.py", "errors.py", "plugin_calls.py", "stopping.py", "supervised.py"),
+    *("__init__.py", "errors.py", "files.py", "plugin_calls.py", "stopping.py", "supervised.py"),
     *(f"native/{name}.py" for name in ("artifacts", "cache", "levels", "shipped")),
 }
 _IMPORT = re.compile(r"^from (escort_mj[\w.]*) import (\([^)]*\)|.*)", re.MULTILINE)
@@ -194,21 +196,16 @@ class Shelf:
 
     def write(self, name: str, content: bytes) -> None:
         """Write a file, at once or not at all, with a digest that tells if it is ever damaged."""
-        draft = ""
         if self.read_only is not None:
             _say(f"{self.read_only}: cannot be written; {AGAIN}")
         try:
-            _make(self.folder)  # another process may have removed it
-            handle, draft = tempfile.mkstemp(dir=self.folder, prefix=f".{name}.")
-            with os.fdopen(handle, "wb") as file:
-                file.write(hashlib.sha256(content).digest() + content)
-            os.replace(draft, self.folder / name)
-        except OSError as error:
+            with replaced(self.folder / name) as draft:
+                _make(self.folder)  # another process may have removed it
+                draft.touch(0o600)
+                draft.write_bytes(hashlib.sha256(content).digest() + content)
+        except WriteError as error:
             self._unwritten[name] = content
-            _say(f"{self.folder}: cannot be written: {error.strerror}; {AGAIN}")
-            if draft:
-                with suppress(OSError):
-                    os.unlink(draft)
+            _say(f"{self.folder}: cannot be written: {error.reason}; {AGAIN}")
 
     def read(self, name: str) -> bytes | None:
         """Return what was written; None where it is not there, or not as it was written."""

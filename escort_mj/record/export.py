@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from escort_mj.errors import UsageError
-from escort_mj.record.files import replaced
+from escort_mj.files import replaced
 
 if TYPE_CHECKING:
     import pandas

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import contextlib
-import fcntl
 import hashlib
-import os
 import shutil
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict, is_dataclass
+from dataclasses import asdict
 from datetime import UTC, datetime
 from itertools import count
 from pathlib import Path
@@ -20,10 +18,9 @@ from numpy.typing import NDArray
 
 from escort_mj import stopping
 from escort_mj.errors import BrokenRunError, RunFolderError, UsageError, WriteError
-from escort_mj.record.files import TEMPORARY, write_json, write_model, write_text
+from escort_mj.files import alive, identify, is_partial, locked, write_json, write_model, write_text
 from escort_mj.record.journal import Journal
-from escort_mj.record.outcome import Outcome
-from escort_mj.record.process import alive, identify
+from escort_mj.record.outcome import Outcome, Verdict
 from escort_mj.record.recording import NONE, Recorded
 from escort_mj.record.stored import (
     CLIP,
@@ -118,7 +115,7 @@ class RunFolder:
         }
         with _writing(path, begun=False):
             path.mkdir(parents=True, exist_ok=True)
-            with _alone(path):
+            with locked(path):
                 _refuse_others(path, made_by, overwrite)
                 # First the journal, which must never pass for the new run's; then the old outcome, so that
                 # no outcome of a finished run stands beside results that are half gone.
@@ -127,7 +124,7 @@ class RunFolder:
                 for name in OURS:
                     if name != OUTCOME:
                         _remove(path / name)
-                for left in path.glob(f".*{TEMPORARY}"):
+                for left in filter(is_partial, path.iterdir()):
                     _remove(left)
         return cls(path, outcome)
 
@@ -195,7 +192,7 @@ class RunFolder:
         message: str,
         trace: Recorded,
         metrics: Mapping[str, Any],
-        verdicts: Sequence[Any],
+        verdicts: Sequence[Verdict],
     ) -> None:
         """Write all results, then the outcome, then let the journal go.
 
@@ -207,7 +204,7 @@ class RunFolder:
             if not in_journal:
                 save_trace(trace, self.path / TRACE)
             write_json(self.path / METRICS, metrics)
-            write_json(self.path / VERDICTS, [asdict(v) if is_dataclass(v) else v for v in verdicts])  # type: ignore[arg-type]
+            write_json(self.path / VERDICTS, list(map(asdict, verdicts)))
             self._end(outcome, message, facts(trace) | dict(metrics.get("run", {})), in_journal)
 
     def fail(self, message: str, outcome: Outcome = Outcome.FAILED) -> None:
@@ -286,7 +283,7 @@ def free_place(path: Path, made_by: str = RUN) -> Path:
 
 def _refuse_others(path: Path, made_by: str, overwrite: bool = False) -> None:
     """Raises UsageError unless the folder is empty or holds a run that may be replaced."""
-    present = {entry.name for entry in path.iterdir() if not entry.name.endswith(TEMPORARY)}
+    present = {entry.name for entry in path.iterdir() if not is_partial(entry)}
     if not present:
         return
     if OUTCOME not in present:
@@ -299,18 +296,6 @@ def _refuse_others(path: Path, made_by: str, overwrite: bool = False) -> None:
         return
     how = "--overwrite (in Python overwrite=True) replaces it" if made_by == RUN else "choose another folder"
     raise OccupiedError(f"{path}: holds a run already; {how}")
-
-
-@contextlib.contextmanager
-def _alone(path: Path) -> Iterator[None]:
-    """Let one process at a time look into a folder and claim it."""
-    handle = os.open(path, os.O_RDONLY | os.O_DIRECTORY)
-    try:
-        with contextlib.suppress(OSError):  # some network file systems lock no folders
-            fcntl.flock(handle, fcntl.LOCK_EX)
-        yield
-    finally:
-        os.close(handle)
 
 
 @contextlib.contextmanager

@@ -2,93 +2,82 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator
 from itertools import chain
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
+from pydantic import BaseModel, Field
 
 from escort_mj.errors import RunFolderError
+from escort_mj.files import checked
 from escort_mj.monitor.signals import CAUSES, GROUPS
-from escort_mj.record.recording import Recorded, not_logged
-from escort_mj.signals import (
-    DRIVES,
-    EPISODE,
-    GOALS,
-    KNOWLEDGE,
-    LIDAR,
-    LYAPUNOV,
-    MEMORIES,
-    MOVERS,
-    OPPONENTS,
-    POLICIES,
-    RADII,
-    RADIO,
-    READINGS,
-    SEVERAL,
-    SIGNALS,
-    TEAMS,
-    TRUTH,
-    WATCHES,
-)
+from escort_mj.record.outcome import LARGEST, Outcome
+from escort_mj.record.recording import NAMES, NUMBERS, Recorded, not_logged
+from escort_mj.signals import EPISODE, LYAPUNOV, SIGNALS, TRUTH
 
-NUMBER, TEXT = (int, float, np.integer, np.floating), (str,)
-ATTRIBUTES: dict[str, tuple[type, ...]] = {
-    **dict.fromkeys(("title", "description", "phases", "safe_distance_measure"), TEXT),
-    **dict.fromkeys(("seed", "height", "gravity", "wind", "robots_mass"), NUMBER),
-    **dict.fromkeys(("timestep", "mission_radius", "safe_distance", "target_radius"), NUMBER),
-}
-"""Attributes of every trace, and what they are."""
-SPEEDS = ("max_speed", "target_speed")
-"""Attributes that a trace may have: speeds above 0."""
+TEXT = "OUST"  # kinds of types
+Finite = Annotated[float, Field(ge=-LARGEST, le=LARGEST)]
+Positive = Annotated[float, Field(gt=0.0, lt=1e9)]
+Speed = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
 
-LABELS = {name: name for name in ("axis", "obstacle", "body", "group", "behavior")} | {"body_group": "body"}
-"""Names of every trace, and their dimension."""
 
-FIXED: dict[str, tuple[str, ...]] = {
-    "robot": ("robot",),
-    "robot_mass": ("robot",),
-    "robot_radius": ("robot",),
-    "force_limit": ("robot",),
-    "obstacle_radius": ("obstacle",),
-    "body_thickness": ("body",),
-    "neighbors": ("edge", "end"),
-    "spacing": ("edge",),
-}
-"""Numbers of every trace that do not change, and their dimensions."""
+class Attributes(BaseModel, strict=True):
+    """Attributes of a trace that are read."""
 
-INDICES = (
-    *("clearance_body", "target_clearance_body", "ruling"),
-    *("episode_first", "episode_second", "neighbors"),
-)
-LARGEST = 1e300  # number of a run: sums of squares of larger ones are no numbers
-Kinds = tuple[type, ...]
-NOTHING = type(None)
-REAL, MAYBE, WORDS, FLAG = (int, float), (int, float, NOTHING), (str,), (bool,)
-OUTCOME: dict[str, Kinds] = {
-    **dict.fromkeys(("message", "platform", "started", "ended", "scenario_sha256"), WORDS),
-    **dict.fromkeys(("simulated_time", "real_time_factor"), MAYBE),
-    "wall_time": REAL,
-    "versions": (dict,),
-}
-VERDICT: dict[str, Kinds] = {
-    **dict.fromkeys(("metric", "demanded", "unit", "who", "message"), WORDS),
-    **dict.fromkeys(("value", "time", "margin"), MAYBE),
-    **dict.fromkeys(("passed", "near_miss"), FLAG),
-}
-VERDICT_MORE: dict[str, Kinds] = {
-    "bodies": (list,), "held": FLAG, "xfail": WORDS, "expectation": (int, NOTHING), "broken": FLAG,
-    "skip": WORDS,
-}  # fmt: skip
-METRIC: dict[str, Kinds] = {
-    **dict.fromkeys(("value", "time"), MAYBE),
-    **dict.fromkeys(("unit", "meaning", "over", "read", "who", "reason"), WORDS),
-    "window": (list,),
-    "rate": MAYBE,
-}
-"""Entries of the JSON files of a run folder, and what they are."""
+    title: str
+    description: str
+    phases: str
+    safe_distance_measure: str
+    seed: Finite
+    height: Finite
+    gravity: Finite
+    wind: Finite
+    robots_mass: Finite
+    safe_distance: Finite
+    timestep: Positive
+    mission_radius: Positive
+    target_radius: Annotated[float, Field(ge=0.0, lt=1e9)]  # 0: no target
+    max_speed: Speed = 1.0
+    target_speed: Speed = 1.0
+
+
+class OutcomeEntries(BaseModel, strict=True):
+    """Entries of outcome.json that are read."""
+
+    outcome: Annotated[Outcome, Field(strict=False)]
+    message: str = ""
+    platform: str = ""
+    started: str = ""
+    ended: str = ""
+    scenario_sha256: str = ""
+    simulated_time: Finite | None = None
+    real_time_factor: Finite | None = None
+    wall_time: Finite = 0.0
+    versions: dict[str, Any] = {}
+
+
+class MetricEntries(BaseModel, strict=True):
+    """Entries of a metric in metrics.json that are read."""
+
+    value: Finite | None
+    unit: str
+    window: Annotated[list[Finite], Field(min_length=2, max_length=2)]
+    time: Finite | None
+    who: str
+    meaning: str = ""
+    over: str = ""
+    read: str = ""
+    reason: str = ""
+    rate: Finite | None = None
+
+
+class MetricsFile(BaseModel, extra="allow"):
+    """A table of metrics, and what is known of the run."""
+
+    __pydantic_extra__: dict[str, MetricEntries]
+    run: dict[str, Any] = {}
 
 
 def check_trace(trace: Recorded, path: Path) -> None:
@@ -101,65 +90,26 @@ def check_trace(trace: Recorded, path: Path) -> None:
     Raises:
         RunFolderError: With the first thing that is wrong.
     """
-    for fault in chain(_attribute_faults(trace), _shape_faults(trace), _value_faults(trace)):
+    plain = {key: one.item() if isinstance(one, np.generic) else one for key, one in trace.attrs.items()}
+    checked(Attributes, plain, path, "attribute ")
+    for fault in chain(_shape_faults(trace), _value_faults(trace)):
         raise RunFolderError(f"{path}: the trace is damaged: {fault}")
-
-
-def _attribute_faults(trace: Recorded) -> Iterator[str]:
-    for name, kinds in ATTRIBUTES.items():
-        value = trace.attrs.get(name)
-        if not isinstance(value, kinds) or (kinds is NUMBER and not math.isfinite(float(value))):  # type: ignore[arg-type]
-            yield f"the attribute {name} is {value!r}"
-    for name in ("timestep", "mission_radius", "target_radius"):
-        value = trace.attrs[name]
-        if not (0.0 < value < 1e9 or (value == 0.0 and name == "target_radius")):  # 0: no target
-            yield f"the attribute {name} is {trace.attrs[name]!r}"
-    for name in SPEEDS:
-        value = trace.attrs.get(name, 1.0)
-        if not isinstance(value, NUMBER) or not 0.0 < value < math.inf:
-            yield f"the attribute {name} is {value!r}"
 
 
 def _shape_faults(trace: Recorded) -> Iterator[str]:
     """Variables that are missing, or have other dimensions or types."""
-    marks = {TRUTH: "mass_matrix", LYAPUNOV: "lyapunov", DRIVES: "drive_force", GOALS: "goal"}
-    marks |= {KNOWLEDGE: "target_estimate", RADIO: "heard_from", LIDAR: "lidar_range"}
-    marks |= {
-        OPPONENTS: "opponent_status",
-        TEAMS: "member_of",
-        MOVERS: "mover_work",
-        MEMORIES: "component_memory",
-        READINGS: "readings",
-        POLICIES: "policy_memory",
-        SEVERAL: "point_speed_max",
-        RADII: "kept_radius",
-        WATCHES: "watch_value",
-    }
-    channels = {channel: signal in trace for channel, signal in marks.items()}
-    wanted: dict[str, tuple[tuple[str, ...], str]] = {"time": (("time",), "f")}
-    wanted |= {name: (dims, "fiu") for name, dims in FIXED.items()}
-    wanted |= {name: ((dim,), "OUST") for name, dim in LABELS.items()}
+    channels = {"", *(signal.channel for signal in SIGNALS if signal.name in trace)}
+    alone = "robot_distance_min" if trace.sizes.get("robot") == 1 else ""  # left out
+    wanted: dict[str, tuple[tuple[str, ...], str]] = {"time": (("time",), "f"), "robot": (("robot",), "fiu")}
+    wanted["axis"] = ("axis",), TEXT
     for signal in SIGNALS[1:]:
-        if channels.get(signal.channel, True) and not _alone(trace, signal.name):
-            wanted[signal.name] = ("time", *signal.dims), "fiu"
-    wanted |= {column.name: (column.dims, "fiu") for column in EPISODE}
-    if "obstacle_outline" in trace:
-        wanted["obstacle_outline"] = ("obstacle", "point", "axis"), "f"
-    if channels[TEAMS]:
-        wanted["team"] = ("team",), "OUST"
-    if channels[WATCHES]:
-        wanted["watch"] = ("watch",), "OUST"
-    if channels[MEMORIES]:
-        wanted |= dict.fromkeys(("memory", "memory_unit", "memory_truth"), (("memory",), "OUST"))
-    if channels[READINGS]:
-        wanted["reading"] = wanted["reading_unit"] = ("reading",), "OUST"
-    if channels[POLICIES]:
-        wanted["policy_value"] = wanted["policy_unit"] = ("policy_value",), "OUST"
-    if channels[MOVERS]:
-        wanted["mover"] = ("mover",), "OUST"
-    if channels[LIDAR]:
-        wanted["lidar_ray"] = ("ray", "axis"), "f"
-    wanted |= {name: (wanted[name][0], "iu") for name in INDICES}
+        if signal.channel in channels and signal.name != alone:
+            wanted[signal.name] = ("time", *signal.dims), _kinds(signal.dtype)
+    for column in EPISODE:
+        wanted[column.name] = column.dims, _kinds(column.dtype)
+    for fact in (*NAMES, *NUMBERS):
+        if fact.needs in channels or fact.name in trace:
+            wanted[fact.name] = fact.dims, _kinds(fact.dtype)
     for name, (dims, kinds) in wanted.items():
         if name not in trace:
             yield f"it has no {name}"
@@ -169,9 +119,9 @@ def _shape_faults(trace: Recorded) -> Iterator[str]:
     sizes = trace.sizes
     if not (sizes["axis"] >= 2 and sizes["robot"] >= 1 and sizes["end"] == 2):
         yield f"it has {sizes['axis']} axes and {sizes['robot']} robots"
-    if channels[TRUTH] and sizes["axis_2"] != sizes["axis"]:
+    if TRUTH in channels and sizes["axis_2"] != sizes["axis"]:
         yield f"its matrices have {sizes['axis_2']} columns; expected {sizes['axis']}"
-    if channels[LYAPUNOV] and sizes["cause"] != len(CAUSES):
+    if LYAPUNOV in channels and sizes["cause"] != len(CAUSES):
         yield f"it has {sizes['cause']} causes; expected {len(CAUSES)}"
     if sizes["body"] < sizes["robot"] + 1 + sizes["obstacle"]:
         yield f"it has {sizes['body']} bodies"
@@ -180,9 +130,9 @@ def _shape_faults(trace: Recorded) -> Iterator[str]:
         yield f"it has no group {missing[0]}"
 
 
-def _alone(trace: Recorded, name: str) -> bool:
-    """Whether a signal is left out because there is one robot."""
-    return name == "robot_distance_min" and trace.sizes.get("robot") == 1
+def _kinds(dtype: str) -> str:
+    """Return the kinds of types that will do for a type: texts, whole numbers, or any numbers."""
+    return {"U": TEXT, "i": "iu", "f": "fiu"}[np.dtype(dtype).kind]
 
 
 def _value_faults(trace: Recorded) -> Iterator[str]:
@@ -209,80 +159,3 @@ def _value_faults(trace: Recorded) -> Iterator[str]:
     for name in ("q", "v", "q_d", "target_position", "force", "tau", "qpos", "robot_radius", "robot_mass"):
         if np.abs(trace[name].values).max(initial=0.0) > LARGEST:
             yield f"{name} has values beyond {LARGEST:g}"
-
-
-def check_outcome(found: Mapping[str, Any], path: Path) -> None:
-    """Refuse an outcome whose entries are of other types than a run's.
-
-    Raises:
-        RunFolderError: With the first that is.
-    """
-    check_table(found, OUTCOME, path)
-
-
-def check_verdicts(found: Any, path: Path) -> None:
-    """Refuse what is not a list of verdicts.
-
-    Raises:
-        RunFolderError: With the first thing that is wrong.
-    """
-    if not isinstance(found, list) or not all(isinstance(one, dict) for one in found):
-        raise RunFolderError(f"{path}: is damaged: expected a list of verdicts")
-    for place, verdict in enumerate(found):
-        if unknown := [key for key in verdict if key not in VERDICT | VERDICT_MORE]:
-            raise RunFolderError(f"{path}: is damaged: verdict {place + 1} has the unknown key {unknown[0]}")
-        needed = VERDICT if "metric" in verdict else ("passed",)
-        check_table(verdict, VERDICT | VERDICT_MORE, path, f"[{place}].", needed)
-        if not all(isinstance(name, str) for name in verdict.get("bodies", ())):
-            raise RunFolderError(f"{path}: is damaged: bodies of verdict {place + 1} are not names")
-
-
-def check_metrics(found: Any, path: Path) -> None:
-    """Refuse what is not a table of metrics.
-
-    Raises:
-        RunFolderError: With the first thing that is wrong.
-    """
-    if not isinstance(found, dict) or not all(isinstance(one, dict) for one in found.values()):
-        raise RunFolderError(f"{path}: is damaged: expected a table of metrics")
-    for name, metric in found.items():
-        if name == "run":
-            continue
-        check_table(metric, METRIC, path, f"{name}.", ("value", "unit", "window", "time", "who"))
-        numbers = all(isinstance(each, REAL) and abs(each) <= LARGEST for each in metric["window"])
-        if len(metric["window"]) != 2 or not numbers:
-            raise RunFolderError(f"{path}: is damaged: {name}.window is {str(metric['window'])[:60]!r}")
-
-
-def check_table(
-    found: Mapping[str, Any],
-    kinds: Mapping[str, Kinds],
-    path: Path,
-    place: str = "",
-    needed: Iterable[str] = (),
-    infinite: bool = False,
-) -> None:
-    """Refuse a table whose entries are missing or of other types.
-
-    Args:
-        found: The table.
-        kinds: What each entry is, where it is there.
-        path: Its file.
-        place: Where in the file it is, as it stands before a key.
-        needed: Entries that must be there.
-        infinite: Whether numbers may be infinite.
-
-    Raises:
-        RunFolderError: With the first entry that is wrong.
-    """
-    for key in needed:
-        if key not in found:
-            raise RunFolderError(f"{path}: is damaged: {place}{key} is missing")
-    for key in kinds.keys() & found.keys():
-        value = found[key]
-        right = isinstance(value, kinds[key])
-        if isinstance(value, int | float) and kinds[key] is not FLAG:  # a flag is an int to Python
-            endless = infinite and isinstance(value, float) and math.isinf(value)
-            right = right and not isinstance(value, bool) and (endless or abs(value) <= LARGEST)
-        if not right:
-            raise RunFolderError(f"{path}: is damaged: {place}{key} is {str(value)[:60]!r}")

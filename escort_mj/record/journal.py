@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.errors import RunFolderError, WriteError
+from escort_mj.files import read_json, write_bytes, write_json
 from escort_mj.monitor.signals import START
-from escort_mj.record.files import read_json, write_bytes, write_json
 from escort_mj.record.recording import NONE
 from escort_mj.signals import EPISODE as COLUMNS
 

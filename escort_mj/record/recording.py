@@ -10,7 +10,7 @@ from collections.abc import Hashable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cache, cached_property
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +18,20 @@ from numpy.typing import NDArray
 from escort_mj.components.mission import axis_names
 from escort_mj.errors import NotLoggedError
 from escort_mj.monitor.signals import CAUSES, FIRST, SECOND, START
-from escort_mj.signals import EPISODE, SIGNALS, TRUTH, record_size
+from escort_mj.record.outcome import LARGEST
+from escort_mj.signals import (
+    EPISODE,
+    LIDAR,
+    MEMORIES,
+    MOVERS,
+    POLICIES,
+    READINGS,
+    SIGNALS,
+    TEAMS,
+    TRUTH,
+    WATCHES,
+    record_size,
+)
 
 if TYPE_CHECKING:
     import xarray
@@ -306,119 +319,121 @@ def record(
     time = variables.pop("time")
     for name, (dims, values, about) in episode_variables(episodes).items():
         variables[name] = Variable(dims, values, about)
-    variables |= _of_bodies(labels)
+    variables |= _facts(NUMBERS, labels)
+    limit = variables["force_limit"]
+    variables["force_limit"] = Variable("robot", np.minimum(limit.values, LARGEST), limit.attrs)
     said = {key: value for key, value in labels["attributes"].items() if value is not None}
     return Recording(
         {"Conventions": CONVENTIONS} | said, {"time": time} | _coordinates(sizes, labels), variables
     )
 
 
-def _of_bodies(labels: Mapping[str, Any]) -> dict[Hashable, Variable]:
-    """What is known of robots, obstacles and the formation, and does not change."""
+class Fact(NamedTuple):
+    """What a trace says once: a number of each robot, body or edge, or the names along a dimension.
 
-    def unbounded(values: Any) -> Array:
-        return np.asarray([np.inf if x is None else x for x in values], float)
+    Attributes:
+        name: Variable name in the trace.
+        label: Key of the labels that `record` takes.
+        dims: Dimensions.
+        unit: SI unit, `1` for none; empty for names.
+        meaning: A few words.
+        dtype: Of its values.
+        needs: The channel that it comes with, `EXTRA` where traces may lack it; empty where all have it.
+    """
 
-    variables: dict[Hashable, Variable] = {
-        "robot_mass": Variable(
-            "robot", np.asarray(labels["robot_mass"], float), _said("kg", "mass of each robot")
-        ),
-        "robot_radius": Variable(
-            "robot", np.asarray(labels["robot_radius"], float), _said("m", "radius of each robot")
-        ),
-        "obstacle_radius": Variable(
-            "obstacle",
-            np.asarray(labels["obstacle_radius"], float).reshape(-1),
-            _said("m", "radius of each obstacle, 0 for those that are no spheres"),
-        ),
-        "body_thickness": Variable(
-            "body",
-            unbounded(labels["body_thickness"]),
-            _said("m", "least extent of each body, inf for the floor"),
-        ),
-        "force_limit": Variable(
-            "robot",
-            np.minimum(unbounded(labels["force_limit"]), 1e300),
-            _said("N", "largest force of each motor, 1e300 for no limit"),
-        ),
-        "neighbors": Variable(
-            ("edge", "end"),
-            np.asarray(labels["neighbors"], "int32").reshape(-1, 2),
-            _said("1", "robots at the two ends of each edge of the formation"),
-        ),
-        "spacing": Variable(
-            "edge",
-            np.asarray(labels["spacing"], float).reshape(-1),
-            _said("m", "distance that the robots at the ends of each edge are to keep"),
-        ),
-    }
-    if labels.get("edge_radius"):
-        variables["edge_radius"] = Variable(
-            "edge",
-            np.asarray(labels["edge_radius"], float),
-            _said("m", "distance from the target at which neighbors keep `spacing`"),
-        )
-    if labels.get("edge_team"):
-        variables["edge_team"] = Variable(
-            "edge",
-            np.asarray(labels["edge_team"], "int32"),
-            _said("1", "team in whose formation the robots are neighbors, from 1"),
-        )
-    if labels.get("obstacle_outline"):
-        variables["obstacle_outline"] = Variable(
-            ("obstacle", "point", "axis"),
-            np.asarray(labels["obstacle_outline"], float),
-            _said("m", "points around each obstacle, relative to its center"),
-        )
-    if labels.get("lidar_ray"):
-        variables["lidar_ray"] = Variable(
-            ("ray", "axis"),
-            np.asarray(labels["lidar_ray"], float),
-            _said("1", "unit vector along each ray of the robots' lidars"),
-        )
-    return variables
+    name: str
+    label: str
+    dims: tuple[str, ...]
+    unit: str
+    meaning: str
+    dtype: str = "float64"
+    needs: str = ""
+
+
+def _number(name: str, dims: str, unit: str, meaning: str, needs: str = "", dtype: str = "float64") -> Fact:
+    return Fact(name, name, tuple(dims.split()), unit, meaning, dtype, needs)
+
+
+def _names(name: str, dim: str, label: str, meaning: str, needs: str = "") -> Fact:
+    return Fact(name, label, (dim,), "", meaning, "str", needs)
+
+
+EXTRA = "extra"
+NUMBERS = (
+    _number("robot_mass", "robot", "kg", "mass of each robot"),
+    _number("robot_radius", "robot", "m", "radius of each robot"),
+    _number("obstacle_radius", "obstacle", "m", "radius of each obstacle, 0 for those that are no spheres"),
+    _number("body_thickness", "body", "m", "least extent of each body, inf for the floor"),
+    _number("force_limit", "robot", "N", "largest force of each motor, 1e300 for no limit"),
+    _number(
+        "neighbors", "edge end", "1", "robots at the two ends of each edge of the formation", "", "int32"
+    ),
+    _number("spacing", "edge", "m", "distance that the robots at the ends of each edge are to keep"),
+    _number("edge_radius", "edge", "m", "distance from the target at which neighbors keep `spacing`", EXTRA),
+    _number(
+        "edge_team", "edge", "1", "team in whose formation the robots are neighbors, from 1", EXTRA, "int32"
+    ),
+    _number(
+        "obstacle_outline",
+        "obstacle point axis",
+        "m",
+        "points around each obstacle, relative to its center",
+        EXTRA,
+    ),
+    _number("lidar_ray", "ray axis", "1", "unit vector along each ray of the robots' lidars", LIDAR),
+)
+"""Numbers of robots, obstacles, bodies and the formation that do not change."""
+NAMES = (
+    _names("obstacle", "obstacle", "obstacles", "name of the obstacle"),
+    _names("body", "body", "bodies", "name of the body"),
+    _names("group", "group", "groups", "group of bodies, or a single body"),
+    _names("body_group", "body", "body_groups", "group of the body"),
+    _names(
+        "body_motion", "body", "body_motions",
+        "free by its forces, driven by one, led (put where it is to be), or still", EXTRA,
+    ),
+    _names("behavior", "behavior", "behaviors", "name of the behavior"),
+    _names("body_shape", "body", "body_shapes", "what of the body can touch: a shape, or its geoms", EXTRA),
+    _names("team", "team", "teams", "name of the team", TEAMS),
+    _names("watch", "watch", "watches", "what expectations ask about every physics step", WATCHES),
+    _names("memory", "memory", "memories", "component, and what it integrates of its own", MEMORIES),
+    _names("memory_unit", "memory", "memory_units", "its unit", MEMORIES),
+    _names(
+        "memory_truth", "memory", "memory_truths", "signal that it estimates; empty for none", MEMORIES
+    ),
+    _names("reading", "reading", "readings", "what sensors show and keep of their own", READINGS),
+    _names("reading_unit", "reading", "reading_units", "its unit", READINGS),
+    _names("policy_value", "policy_value", "policy_values", "body, policy and what it keeps", POLICIES),
+    _names("policy_unit", "policy_value", "policy_units", "its unit", POLICIES),
+    _names("mover", "mover", "movers", "name of the body that a force drives", MOVERS),
+)  # fmt: skip
+"""Labels along dimensions, beside those that are numbered."""
+
+
+def _facts(facts: tuple[Fact, ...], labels: Mapping[str, Any]) -> dict[Hashable, Variable]:
+    """Return what labels tell of some facts, None as infinity."""
+    found: dict[Hashable, Variable] = {}
+    for fact in facts:
+        if fact.needs and not labels.get(fact.label):
+            continue
+        values = np.array(list(labels[fact.label]), fact.dtype)
+        if fact.dtype == "float64":
+            values[np.isnan(values)] = np.inf
+        if not values.size:
+            values = values.reshape([2 if dim == "end" else 0 for dim in fact.dims])
+        said = _said(fact.unit, fact.meaning) if fact.unit else {"long_name": fact.meaning}
+        found[fact.name] = Variable(fact.dims, values, said)
+    return found
 
 
 def _coordinates(sizes: Mapping[str, int], labels: Mapping[str, Any]) -> dict[Hashable, Variable]:
     """Labels along the dimensions, beside time."""
-
-    def names(dim: str, label: str, meaning: str) -> Variable:
-        return Variable(dim, np.array(list(labels[label]), dtype=str), {"long_name": meaning})
-
+    robots = np.arange(1, sizes["robot"] + 1)
     found: dict[Hashable, Variable] = {
-        "robot": Variable(
-            "robot", np.arange(1, sizes["robot"] + 1), _said("1", "number of the robot, from 1")
-        ),
+        "robot": Variable("robot", robots, _said("1", "number of the robot, from 1")),
         "axis": Variable("axis", axis_names(sizes["axis"]), {"long_name": "axis of the world frame"}),
-        "obstacle": names("obstacle", "obstacles", "name of the obstacle"),
-        "body": names("body", "bodies", "name of the body"),
-        "group": names("group", "groups", "group of bodies, or a single body"),
-        "body_group": names("body", "body_groups", "group of the body"),
-        "body_motion": names(
-            "body", "body_motions", "free by its forces, driven by one, led (put where it is to be), or still"
-        ),
-        "behavior": names("behavior", "behaviors", "name of the behavior"),
     }
-    if labels.get("body_shapes"):
-        found["body_shape"] = names(
-            "body", "body_shapes", "what of the body can touch: a shape, or its geoms"
-        )
-    if labels.get("teams"):
-        found["team"] = names("team", "teams", "name of the team")
-    if labels.get("watches"):
-        found["watch"] = names("watch", "watches", "what expectations ask about every physics step")
-    if labels.get("memories"):
-        found["memory"] = names("memory", "memories", "component, and what it integrates of its own")
-        found["memory_unit"] = names("memory", "memory_units", "its unit")
-        found["memory_truth"] = names("memory", "memory_truths", "signal that it estimates; empty for none")
-    if labels.get("readings"):
-        found["reading"] = names("reading", "readings", "what sensors show and keep of their own")
-        found["reading_unit"] = names("reading", "reading_units", "its unit")
-    if labels.get("policy_values"):
-        found["policy_value"] = names("policy_value", "policy_values", "body, policy and what it keeps")
-        found["policy_unit"] = names("policy_value", "policy_units", "its unit")
-    if labels.get("movers"):
-        found["mover"] = names("mover", "movers", "name of the body that a force drives")
+    found |= _facts(NAMES, labels)
     if sizes.get(TRUTH):
         second = axis_names(sizes["axis_2"])
         found["axis_2"] = Variable("axis_2", second, {"long_name": "second axis of a matrix"})

@@ -10,12 +10,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from escort_mj.errors import RunFolderError
-from escort_mj.recognize import OUTCOME, RESOLVED, SCENARIO, irregular
-from escort_mj.record.files import read_json, write_json
-from escort_mj.record.intact import check_metrics, check_outcome, check_trace, check_verdicts
+from escort_mj.files import alive, checked, read_json, read_text, write_json
+from escort_mj.recognize import OUTCOME, RESOLVED, SCENARIO
+from escort_mj.record.intact import MetricsFile, OutcomeEntries, check_trace
 from escort_mj.record.journal import journal_of, read_journal
-from escort_mj.record.outcome import Outcome
-from escort_mj.record.process import alive
+from escort_mj.record.outcome import Outcome, Verdict
 from escort_mj.record.recording import Recorded, Recording, record
 from escort_mj.record.trace import load_recording, save_trace
 
@@ -63,7 +62,7 @@ class StoredRun:
     outcome: dict[str, Any]
     recording: Recording
     metrics: dict[str, Any]
-    verdicts: list[dict[str, Any]]
+    verdicts: list[Verdict]
     scenario_yaml: str
 
     @cached_property
@@ -115,16 +114,10 @@ def read_run(path: str | os.PathLike[str]) -> StoredRun:
     check_trace(trace, folder / TRACE)
     metrics = read_json(folder / METRICS) if (folder / METRICS).is_file() else {}
     verdicts = read_json(folder / VERDICTS) if (folder / VERDICTS).is_file() else []
-    check_metrics(metrics, folder / METRICS)
-    check_verdicts(verdicts, folder / VERDICTS)
-    return StoredRun(
-        folder,
-        outcome,
-        trace,
-        metrics,
-        verdicts,
-        _read_scenario(folder / RESOLVED) or _read_scenario(folder / SCENARIO),
-    )
+    checked(MetricsFile, metrics, folder / METRICS)
+    verdicts = checked(list[Verdict], verdicts, folder / VERDICTS)
+    texts = (read_text(folder / name) for name in (RESOLVED, SCENARIO) if (folder / name).exists())
+    return StoredRun(folder, outcome, trace, metrics, verdicts, next(filter(None, texts), ""))
 
 
 def read_outcome(folder: Path) -> dict[str, Any]:
@@ -134,10 +127,7 @@ def read_outcome(folder: Path) -> dict[str, Any]:
         RunFolderError: If there is none, or it is no run's.
     """
     found = read_json(folder / OUTCOME)
-    known = {outcome.value for outcome in Outcome}
-    if not isinstance(found, dict) or not isinstance(kind := found.get("outcome"), str) or kind not in known:
-        raise RunFolderError(f"{folder / OUTCOME}: is not the outcome of a run")
-    check_outcome(found, folder / OUTCOME)
+    checked(OutcomeEntries, found, folder / OUTCOME)
     return {"message": "", "pid": None} | found
 
 
@@ -182,15 +172,3 @@ def _bury(folder: Path, outcome: dict[str, Any], trace: Recorded | None) -> dict
             save_trace(trace, folder / TRACE)
         write_json(folder / OUTCOME, outcome)
     return outcome
-
-
-def _read_scenario(path: Path) -> str:
-    """The scenario's text; empty where the run never came to write it."""
-    if kind := irregular(path):
-        raise RunFolderError(f"{path}: is {kind}, not a file")
-    try:
-        return path.read_text(encoding="utf-8")
-    except FileNotFoundError:
-        return ""
-    except (OSError, ValueError) as error:
-        raise RunFolderError(f"{path}: cannot be read: {error}") from None

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from escort_mj.errors import RunFolderError
-from escort_mj.record.files import write_bytes
+from escort_mj.files import write_bytes
 from escort_mj.record.recording import Recorded, Recording
 
 

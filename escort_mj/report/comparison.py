@@ -12,8 +12,8 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
 from escort_mj import palette
+from escort_mj.files import write_json, write_text
 from escort_mj.metrics.radius_error import radius_error
-from escort_mj.record.files import write_json, write_text
 from escort_mj.record.folder import read_run
 from escort_mj.record.tables import aligned, latex
 from escort_mj.record.tables import markdown as markdown_rows

@@ -13,8 +13,7 @@ from typing import Any, NamedTuple
 
 from escort_mj import stopping
 from escort_mj.errors import EscortError, Fault, ScenarioError
-from escort_mj.expect.verdicts import Verdict
-from escort_mj.record.files import write_text
+from escort_mj.files import write_text
 from escort_mj.record.folder import CHECK, free_place
 from escort_mj.record.outcome import Outcome
 from escort_mj.scenario.reader.load import expectation_lines, read_text
@@ -139,8 +138,7 @@ def _job(case: Case, out: Path | None, keep: bool, name: str = "") -> Job | Chec
 
 def checked(case: Case, job: Job, row: Row) -> Checked:
     """What came of a case, from the row of its run."""
-    faults = tuple(Fault(**fault) for fault in row.faults)
-    verdicts = [Verdict(**verdict) for verdict in row.verdicts]
+    faults, verdicts = tuple(row.faults), row.verdicts
     place = job.place
     error = ""
     if not verdicts and not faults:

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from escort_mj.errors import EscortError, Fault
-from escort_mj.expect.verdicts import Verdict
+from escort_mj.record.outcome import Verdict
 from escort_mj.scenario.reader.load import Template, read_text
 from escort_mj.scenario.schema.scenario import Scenario
 

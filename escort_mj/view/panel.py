@@ -7,7 +7,8 @@ from html import escape
 from typing import TYPE_CHECKING
 
 from escort_mj import palette
-from escort_mj.expect.verdicts import Verdict, mark
+from escort_mj.expect.verdicts import mark
+from escort_mj.record.outcome import Verdict
 from escort_mj.report.video.marks import AHEAD, LAYERS
 from escort_mj.report.video.replay import Flags, Moment, Replay
 from escort_mj.view.stage import GLOW

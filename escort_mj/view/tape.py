@@ -13,11 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.errors import RenderError
-from escort_mj.expect.verdicts import Verdict
 from escort_mj.mission.stepped import SteppedMission
 from escort_mj.record.episodes import during
 from escort_mj.record.folder import MODEL, StoredRun, read_run
-from escort_mj.record.outcome import Outcome
+from escort_mj.record.outcome import Outcome, Verdict
 from escort_mj.record.recording import Recorded, record, sealed
 from escort_mj.report.video.replay import Replay, replay_of
 from escort_mj.report.video.solids import load_model
@@ -135,7 +134,7 @@ class Stored:
         self.title = str(run.trace.attrs["title"])
         self.model = load_model(run.path / MODEL, run.trace.sizes["coordinate"])
         self.end = self.reached
-        self.verdicts = [Verdict(**verdict) for verdict in run.verdicts if "metric" in verdict]
+        self.verdicts = run.verdicts
         self.ending, self.well = f"{run.outcome['message']}", run.outcome["outcome"] == "completed"
 
     @property

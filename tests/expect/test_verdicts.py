@@ -11,10 +11,10 @@ from hypothesis import strategies as st
 from escort_mj.expect.verdicts import judge, verdict_lines
 from escort_mj.expectations.clearance import ClearanceExpectation
 from escort_mj.expectations.metric import MetricExpectation as Expectation
+from escort_mj.files import write_json
 from escort_mj.metrics import METRIC_NAMES
 from escort_mj.metrics.measure import Measure
 from escort_mj.metrics.metric import Metric
-from escort_mj.record.files import write_json
 from escort_mj.record.outcome import Outcome
 from escort_mj.record.recording import NONE, episode_variables
 from tests.expectations.traces import watched

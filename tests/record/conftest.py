@@ -15,7 +15,7 @@ from escort_mj.measuring import measures_of, summarize
 from escort_mj.record.folder import RunFolder
 from escort_mj.record.outcome import Outcome
 from escort_mj.signals import SIGNALS
-from tests.synthetic import build_trace, describe, dimensions, pack
+from tests.synthetic import build_trace, describe, dimensions, make_verdict, pack
 
 
 @pytest.fixture
@@ -149,7 +149,7 @@ def finish() -> Callable[..., Any]:
             "it ended",
             trace,
             summarize(measures_of(trace), trace, outcome, 42, 0.5),
-            [{"passed": True}],
+            [make_verdict()],
         )
         return trace
 

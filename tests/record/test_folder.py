@@ -9,10 +9,10 @@ import pytest
 import xarray
 
 from escort_mj.errors import RunFolderError
+from escort_mj.files import identify
 from escort_mj.record.folder import RunFolder, read_run
 from escort_mj.record.outcome import Outcome
-from escort_mj.record.process import identify
-from tests.synthetic import build_trace
+from tests.synthetic import build_trace, make_verdict
 
 SCENARIO, MODEL = "name: synthetic\n", "<mujoco/>\n"
 
@@ -29,7 +29,7 @@ class TestARunThatEnds:
         xarray.testing.assert_identical(stored.trace, trace)
         assert stored.path == path
         assert stored.scenario_yaml == SCENARIO
-        assert stored.verdicts == [{"passed": True}]
+        assert stored.verdicts == [make_verdict()]
         assert stored.metrics["energy"]["unit"] == "J"
         assert (path / "model.xml").read_text() == MODEL
         names = {entry.name for entry in path.iterdir()}
@@ -54,13 +54,13 @@ class TestARunThatEnds:
         folder = RunFolder.create(tmp_path / "run")
         folder.begin(SCENARIO, MODEL, sizes, labels)
         metric = {"value": np.nan, "unit": "J", "window": [0.0, 1.0], "time": np.inf, "who": ""}
-        verdict = {"passed": True, "margin": -np.inf}
+        verdict = make_verdict(margin=-np.inf)
         folder.finish(Outcome.COMPLETED, "", trace, {"energy": metric}, [verdict])
         for file in (tmp_path / "run").glob("*.json"):
             json.loads(file.read_text(), parse_constant=pytest.fail)
         stored = read_run(tmp_path / "run")
         assert stored.metrics == {"energy": metric | {"value": None, "time": None}}
-        assert stored.verdicts == [{"passed": True, "margin": None}]
+        assert stored.verdicts == [make_verdict(margin=None)]
 
     def test_a_run_can_be_looked_at_while_it_goes_on(self, tmp_path, record):
         samples, sizes, labels = record(300)

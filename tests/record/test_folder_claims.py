@@ -115,7 +115,7 @@ class TestWhoMayWrite:
         (path / "figures").mkdir()
         (path / "figures" / "paths.png").write_text("old")
         (path / "video.mp4").write_text("old")
-        (path / ".trace.nc.123.partial").write_text("left by a kill")
+        (path / ".partial.123.1.trace.nc").write_text("left by a kill")
         (path / "notes.txt").write_text("mine")
         RunFolder.create(path, overwrite=True)
         assert {entry.name for entry in path.iterdir()} == {"outcome.json", "notes.txt"}
@@ -147,7 +147,7 @@ class TestWhoMayWrite:
         assert (tmp_path / "video.mp4").exists()
 
     def test_what_a_kill_left_of_a_folder_is_claimed(self, tmp_path, record, finish):
-        (tmp_path / ".outcome.json.123.partial").write_text("{")
+        (tmp_path / ".partial.123.1.outcome.json").write_text("{")
         finish(tmp_path, record(2))
         assert read_run(tmp_path).outcome["outcome"] == "completed"
 

@@ -10,8 +10,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from escort_mj import files
 from escort_mj.errors import BrokenRunError, WriteError
-from escort_mj.record import files, journal
+from escort_mj.record import journal
 from escort_mj.record.folder import RunFolder, read_run
 from escort_mj.record.outcome import Outcome
 from escort_mj.record.trace import save_trace
@@ -69,8 +70,8 @@ def full(monkeypatch):
             return before(path, content, durable)
 
         before = files.write_bytes
-        for module in ("files", "trace", "journal"):
-            monkeypatch.setattr(f"escort_mj.record.{module}.write_bytes", write)
+        for module in ("files", "record.trace", "record.journal"):
+            monkeypatch.setattr(f"escort_mj.{module}.write_bytes", write)
 
     return fill
 

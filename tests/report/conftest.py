@@ -16,7 +16,7 @@ from escort_mj.record.folder import RunFolder
 from escort_mj.record.outcome import Outcome
 from escort_mj.report.figures.drawing import style
 from escort_mj.signals import SIGNALS, record_size, record_sizes
-from tests.synthetic import build_trace
+from tests.synthetic import build_trace, make_verdict
 
 ROBOT, TARGET, SAFE, RADIUS = 0.3, 0.4, 1.0, 3.0
 RATE = 10.0  # samples per second
@@ -185,7 +185,7 @@ def make_run(tmp_path_factory):
         folder.begin(scenario, model_xml(q[0], target[0], places) if samples else "", sizes, labels)
         trace = build_trace(record, sizes, labels)
         message = "completed 6 s" if outcome.good else "robot 1 is 300 m from the target at 5.90 s"
-        folder.finish(outcome, message, trace, {}, [{"passed": outcome.good}])
+        folder.finish(outcome, message, trace, {}, [make_verdict(passed=outcome.good)])
         return folder.path
 
     return make

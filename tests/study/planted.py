@@ -10,6 +10,7 @@ from escort_mj.study.engine.store import Row, Store
 from escort_mj.study.sweeps.definition import load_study
 from escort_mj.study.sweeps.design import Cell, Design
 from escort_mj.study.sweeps.results import Results, results_of, write_design
+from tests.synthetic import make_verdict
 
 STUDY = """
 study: planted
@@ -56,21 +57,21 @@ def rows(laid_out: Design, planter: Planter = plant) -> dict[str, Row]:
         failed = isinstance(planted, str)
         metrics: dict[str, Any] = {} if isinstance(planted, str) else dict(planted)
         error = metrics.get("radius_error_mean") or 0.0
-        verdict = {
-            "metric": "radius_error_mean",
-            "demanded": "at most 0.1 m",
-            "value": error,
-            "margin": 0.1 - error,
-            "passed": not failed and error <= 0.1,
-            "message": f"radius_error_mean at most 0.1 m: {error:g} m",
-        }
+        verdict = make_verdict(
+            metric="radius_error_mean",
+            demanded="at most 0.1 m",
+            value=error,
+            margin=0.1 - error,
+            passed=not failed and error <= 0.1,
+            message=f"radius_error_mean at most 0.1 m: {error:g} m",
+        )
         found[run.key] = Row(
             run.key,
             run.seed,
             cell.settings,
             "diverged" if failed else "completed",
             str(planted) if failed else "completed 2 s",
-            bool(verdict["passed"]),
+            verdict.passed,
             1.0 if failed else 2.0,
             0.1,
             [verdict],

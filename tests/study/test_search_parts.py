@@ -4,12 +4,14 @@ import math
 
 import pytest
 
+from escort_mj.record.outcome import Verdict
 from escort_mj.study.engine.store import Row
 from escort_mj.study.search.asking import Asker
 from escort_mj.study.search.robustness import broken_by, robustness
 from escort_mj.study.search.shrink import shrink
 from escort_mj.study.sweeps.parameters import filled, names_in_braces
 from escort_mj.study.sweeps.ranges import Range
+from tests.synthetic import make_verdict
 
 
 class TestParameters:
@@ -20,12 +22,12 @@ class TestParameters:
         assert list(names_in_braces(value)) == ["a", "b", "b", "c"]
 
 
-def verdict(metric: str, value: float | None, margin: float | None, passed: bool) -> dict:
-    return {"metric": metric, "demanded": "it", "value": value, "margin": margin, "passed": passed}
+def verdict(metric: str, value: float | None, margin: float | None, passed: bool) -> Verdict:
+    return make_verdict(metric=metric, demanded="it", value=value, margin=margin, passed=passed)
 
 
-def row(*verdicts: dict, time: float = 10.0) -> Row:
-    passed = all(v["passed"] for v in verdicts)
+def row(*verdicts: Verdict, time: float = 10.0) -> Row:
+    passed = all(v.passed for v in verdicts)
     ended = "completed" if time == 10.0 else "diverged"
     return Row("k", 0, {}, ended, "", passed and time == 10.0, time, 0.1, list(verdicts), "", {}, {})
 

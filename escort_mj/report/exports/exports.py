@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 from escort_mj.errors import UsageError
+from escort_mj.files import write_model
 from escort_mj.record.export import CSV, PARQUET, write_table
-from escort_mj.record.files import write_model
 from escort_mj.record.folder import MODEL, StoredRun
 from escort_mj.record.stored import ASSETS
 

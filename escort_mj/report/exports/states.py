@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from escort_mj.record.files import replaced
+from escort_mj.files import replaced
 from escort_mj.record.folder import MODEL, StoredRun
 from escort_mj.report.video.replay import replay_of
 from escort_mj.report.video.solids import load_model, pose

@@ -11,7 +11,8 @@ from typing import Any
 from xml.etree import ElementTree
 
 from escort_mj.errors import Fault, visible
-from escort_mj.expect.verdicts import Verdict, mark
+from escort_mj.expect.verdicts import mark
+from escort_mj.record.outcome import Verdict
 from escort_mj.study.checked import BAD_INPUT, BROKEN, GOOD, VERDICT_FAILED, Checked, SeedCount, seed_counts
 
 STATUS = {GOOD: "pass", VERDICT_FAILED: "FAIL", BAD_INPUT: "BAD", BROKEN: "BROKE"}

@@ -7,7 +7,8 @@ from collections.abc import Sequence
 
 from markupsafe import Markup
 
-from escort_mj.expect.verdicts import Verdict, mark
+from escort_mj.expect.verdicts import mark
+from escort_mj.record.outcome import Verdict
 
 COLORS = {"pass": "#1b7a3d", "xfail": "#1b7a3d", "skip": "#777777"}
 FAILED = "#b00020"

@@ -10,9 +10,9 @@ from typing import Any
 
 from markupsafe import Markup
 
-from escort_mj.expect.verdicts import Verdict, mark
+from escort_mj.expect.verdicts import mark
+from escort_mj.files import make_folder, write_text
 from escort_mj.record.episodes import pair
-from escort_mj.record.files import make_folder, write_text
 from escort_mj.record.folder import FIGURES, REPORT, SCENARIO, VIDEO, StoredRun, read_run
 from escort_mj.record.recording import LOG, NOT_LOGGED
 from escort_mj.report.figures.drawing.scales import readable
@@ -93,7 +93,7 @@ def _moment(time: float | None) -> Text:
 def _verdicts(run: StoredRun) -> Table:
     """What was expected, and whether it held."""
     rows = []
-    for one in (Verdict(**verdict) for verdict in run.verdicts if "metric" in verdict):
+    for one in run.verdicts:
         words = '<span class="{}">{}</span>' + (' <span class="soft">barely</span>' if one.near_miss else "")
         shown = Markup(words).format("good" if one.passed else "bad", mark(one))
         rows.append(

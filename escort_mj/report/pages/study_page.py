@@ -13,7 +13,7 @@ from urllib.parse import quote
 from markupsafe import Markup
 
 from escort_mj.errors import UsageError
-from escort_mj.record.files import make_folder, write_text
+from escort_mj.files import make_folder, write_text
 from escort_mj.report.figures.studies.figures import draw_study
 from escort_mj.report.pages.html import Table, Text, page
 from escort_mj.report.pages.study_tables import (

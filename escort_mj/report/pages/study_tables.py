@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from escort_mj.record.files import write_text
+from escort_mj.files import write_text
 from escort_mj.record.tables import comma_separated, latex, markdown
 from escort_mj.report.figures.drawing.scales import readable
 from escort_mj.report.pages.html import Table, Text

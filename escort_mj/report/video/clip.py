@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import mujoco
 import numpy as np
@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from escort_mj import palette
 from escort_mj.record.folder import StoredRun
+from escort_mj.record.outcome import Verdict
 from escort_mj.report.video.camera import Insets, frame
 from escort_mj.report.video.pen import Pen, circle
 from escort_mj.report.video.replay import Moment, Replay
@@ -51,20 +52,19 @@ class Clip(NamedTuple):
 def plan_clip(run: StoredRun) -> Clip:
     """The clip of a run: of a verdict that failed and has a moment, best of a pair; else of the run's end."""
     first, last = (float(run.recording["time"][place]) for place in (0, -1))
-    failed = [verdict for verdict in run.verdicts if not verdict["passed"]] or run.verdicts
-    worst: dict[str, Any] = max(failed, key=_telling, default={})
-    moment = worst.get("time")
-    moment = last if moment is None else min(max(float(moment), first), last)
-    bodies = tuple(worst.get("bodies") or ())
+    failed = [verdict for verdict in run.verdicts if not verdict.passed] or run.verdicts
+    worst = max(failed, key=_telling, default=None)
+    moment, bodies = (None, ()) if worst is None else (worst.time, worst.bodies)
+    moment = last if moment is None else min(max(moment, first), last)
     span = min(PAIR_SPAN if len(bodies) > 1 else LONE_SPAN, last - first)
     start = min(max(moment - BEFORE * span, first), last - span)
-    words = str(worst.get("message") or run.outcome["message"])
+    words = str(run.outcome["message"]) if worst is None else worst.message
     return Clip(start, start + span, moment, max(span / LENGTH, 1e-3), bodies, words)
 
 
-def _telling(verdict: dict[str, Any]) -> tuple[bool, int]:
+def _telling(verdict: Verdict) -> tuple[bool, int]:
     """How much there is to see of a verdict."""
-    return verdict.get("time") is not None, len(verdict.get("bodies") or ())
+    return verdict.time is not None, len(verdict.bodies)
 
 
 class Rings:

@@ -7,7 +7,6 @@ how far it is, one line per frame, and ends with an exit code; what went wrong i
 from __future__ import annotations
 
 import argparse
-import glob
 import os
 import queue
 import re
@@ -23,6 +22,7 @@ from pathlib import Path
 from typing import IO, TYPE_CHECKING
 
 from escort_mj.errors import EscortError, RenderError, UsageError, WriteError
+from escort_mj.files import PARTIAL, replaced
 from escort_mj.gl import INSTALL_COMMAND, choose_backend
 from escort_mj.record.folder import CLIP, MODEL, VIDEO, StoredRun, read_run
 from escort_mj.report.video.formats import ENCODINGS
@@ -36,7 +36,6 @@ Progress = Callable[[float, float], None]
 """Called with the number of frames done and of all."""
 
 MODULE = "escort_mj.report.video.video"
-PARTIAL = ".partial.{}"  # until the file of this name is complete
 CLIP_SIZE, CLIP_RATE = (960, 540), 25
 STALL = 180.0  # without a sign of life for so long, the child is given up [s]
 _FRAME = re.compile(r"frame (\d+) of (\d+)")
@@ -184,7 +183,7 @@ def _started(run: StoredRun, path: Path, options: list[str]) -> Iterator[Renderi
             if child.poll() is None:
                 child.kill()
             child.wait()
-            for left in path.parent.glob(f"{PARTIAL.format(glob.escape(path.name))}*"):
+            for left in path.parent.glob(f"{PARTIAL}.{child.pid}.*"):
                 left.unlink(missing_ok=True)
 
 
@@ -276,12 +275,12 @@ def scenario_video(run: StoredRun) -> Video:
 def ending(run: StoredRun) -> tuple[str, bool]:
     """How a run ended, in words for its last frame, and whether that is well."""
     outcome, message = str(run.outcome["outcome"]), str(run.outcome["message"])
-    held, all_of_them = sum(bool(verdict["passed"]) for verdict in run.verdicts), len(run.verdicts)
+    held, all_of_them = sum(verdict.passed for verdict in run.verdicts), len(run.verdicts)
     if outcome != "completed":
         return f"{outcome}: {message}", False
     if held < all_of_them:
         return f"{message}, {all_of_them - held} of {all_of_them} verdicts failed", False
-    skipped = sum(bool(verdict.get("skip")) for verdict in run.verdicts)
+    skipped = sum(bool(verdict.skip) for verdict in run.verdicts)
     if skipped:
         return f"{message}, {held - skipped} verdicts passed, {skipped} not judged", True
     return f"{message}, all expectations met" if len(run.verdicts) > 1 else message, True
@@ -313,12 +312,8 @@ def _write(run: StoredRun, path: Path, video: Video, short: bool) -> None:
         return ["-m", MODULE, str(run.path), *options, "--share", str(part), str(processes)]
 
     film, rate = _film(run, video, short)
-    partial = path.with_name(PARTIAL.format(path.name))
-    write_film(film, partial, rate, share, say)
-    try:
-        partial.replace(path)
-    except OSError as fault:
-        raise WriteError(path, fault) from fault
+    with replaced(path) as partial:
+        write_film(film, partial, rate, share, say)
 
 
 if __name__ == "__main__":

@@ -10,32 +10,22 @@ import sqlite3
 import time
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from escort_mj.errors import EscortError, RunFolderError, UsageError, WriteError
+from pydantic import Json
+
+from escort_mj.errors import EscortError, Fault, UsageError, WriteError
+from escort_mj.files import alive, checked, identify, make_folder
 from escort_mj.metrics import METRIC_NAMES
 from escort_mj.recognize import RESULTS as FILE
-from escort_mj.record.files import make_folder
-from escort_mj.record.intact import MAYBE, REAL, VERDICT, WORDS, Kinds, check_table
-from escort_mj.record.process import alive, identify
+from escort_mj.record.outcome import Number, Verdict
 
 FORMAT = 1
-JUDGED = ("metric", "demanded", "passed", "value", "margin", "message")  # what is looked at of a verdict
 CUSTOM = "custom_metrics"  # those of plugins, by name
+CUSTOM_METRICS = Json[dict[str, Number | None]] | None
 FAULTS = "faults"  # of a scenario that is none
-COLUMNS: dict[str, Kinds] = {
-    **dict.fromkeys(("key", "outcome", "message", "scenario"), WORDS),
-    **dict.fromkeys(("seed", "passed"), (int,)),
-    "simulated_time": REAL,
-    "wall_time": REAL,
-    "settings": (dict,),
-    "versions": (dict,),
-    "verdicts": (list,),
-    "folder": (str, type(None)),
-    CUSTOM: (dict,),
-    FAULTS: (list,),
-}
 DAMAGE = (sqlite3.Error, UnicodeDecodeError)  # the latter where SQLite quotes bytes that are no text
 PATIENCE = 60.0  # s, for another process's transaction
 SILENCE = 300.0  # s without a sign of life, after which a claim from another machine has lapsed
@@ -76,23 +66,23 @@ class Row(NamedTuple):
 
     key: str
     seed: int
-    settings: dict[str, Any]
+    settings: Json[dict[str, Any]]
     outcome: str
     message: str
     passed: bool
-    simulated_time: float
-    wall_time: float
-    verdicts: list[dict[str, Any]]
+    simulated_time: Number
+    wall_time: Number
+    verdicts: Json[list[Verdict]]
     scenario: str
-    versions: dict[str, str]
-    metrics: dict[str, float | None]
+    versions: Json[dict[str, str]]
+    metrics: dict[str, Number | None]
     folder: str | None = None
-    faults: list[dict[str, Any]] = []  # noqa: RUF012  rows are not changed
+    faults: Json[list[Fault]] = []  # noqa: RUF012  rows are not changed
 
     @property
     def failed(self) -> list[str]:
         """Expectations that failed, the outcome among them."""
-        return [f"{one['metric']} {one['demanded']}" for one in self.verdicts if not one["passed"]]
+        return [one.title for one in self.verdicts if not one.passed]
 
 
 class Store:
@@ -196,9 +186,9 @@ class Store:
         values: dict[str, Any] = {
             **row._asdict(),
             "settings": json.dumps(row.settings),
-            "verdicts": json.dumps(row.verdicts),
+            "verdicts": _json(row.verdicts),
             "versions": json.dumps(row.versions),
-            FAULTS: json.dumps(row.faults),
+            FAULTS: _json(row.faults),
             "passed": int(row.passed),
             "ended": time.time(),
         }
@@ -227,33 +217,13 @@ class Store:
                 record = run(query, (key,)).fetchone()
                 if record is None:
                     continue
-                metrics = dict(zip(METRIC_NAMES, record[len(columns) : -1], strict=True))
-                found[key] = self._row(dict(zip(columns, record, strict=False)), metrics, record[-1])
+                place = f"run {str(key)[:12]}: "
+                custom = checked(CUSTOM_METRICS, record[-1], self.path, place) or {}
+                values = dict(zip([*columns, *METRIC_NAMES], record, strict=False))
+                metrics = {name: values.pop(name) for name in METRIC_NAMES} | custom
+                values |= {"metrics": metrics, FAULTS: values[FAULTS] or "[]"}
+                found[key] = checked(Row, values, self.path, place)
         return found
-
-    def _row(self, values: dict[str, Any], metrics: dict[str, Any], custom: Any) -> Row:
-        """Return a run as it was put.
-
-        Raises:
-            RunFolderError: If it is not one that was.
-        """
-        place = f"run {str(values['key'])[:12]}: "
-        values[CUSTOM] = "{}" if custom is None else custom
-        values[FAULTS] = values[FAULTS] or "[]"
-        for name in ("settings", "verdicts", "versions", CUSTOM, FAULTS):
-            try:
-                values[name] = json.loads(values[name])
-            except (TypeError, ValueError):
-                raise RunFolderError(f"{self.path}: is damaged: {place}{name} is not JSON") from None
-        check_table(values, COLUMNS, self.path, place)
-        others = values.pop(CUSTOM)
-        check_table(others, dict.fromkeys(others, MAYBE), self.path, place, infinite=True)
-        metrics |= others
-        check_table(metrics, dict.fromkeys(METRIC_NAMES, MAYBE), self.path, place, infinite=True)
-        for verdict in values["verdicts"]:
-            table = verdict if isinstance(verdict, dict) else {}
-            check_table(table, VERDICT, self.path, f"{place}verdict ", JUDGED, infinite=True)
-        return Row(**values | {"passed": bool(values["passed"])}, metrics=metrics)
 
     @contextmanager
     def _transaction(self) -> Iterator[Any]:
@@ -282,6 +252,11 @@ class Store:
         if code in (sqlite3.SQLITE_READONLY, sqlite3.SQLITE_CANTOPEN):
             return bool(os.statvfs(self.path.parent).f_flag & os.ST_RDONLY)
         return code in (sqlite3.SQLITE_FULL, sqlite3.SQLITE_IOERR)
+
+
+def _json(items: Sequence[Any]) -> str:
+    """Return data classes as JSON."""
+    return json.dumps([asdict(one) for one in items])
 
 
 def _lapsed(written: Any, since: Any, now: float) -> bool:

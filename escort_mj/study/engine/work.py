@@ -8,7 +8,6 @@ import time
 import traceback
 from collections.abc import Sequence
 from contextlib import ExitStack
-from dataclasses import asdict
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -134,8 +133,7 @@ def perform(job: Job) -> Row:
     began = time.perf_counter()
 
     def nothing(message: str, faults: Sequence[Fault] = ()) -> Row:
-        wall, told = time.perf_counter() - began, [asdict(fault) for fault in faults]
-        return row_of_nothing(job, Outcome.FAILED.value, message, wall, told)
+        return row_of_nothing(job, Outcome.FAILED.value, message, time.perf_counter() - began, faults)
 
     try:
         given = job.settings | {"seed": job.seed} if job.overrides is None else job.overrides
@@ -174,7 +172,7 @@ def perform(job: Job) -> Row:
         run.passed,
         float(run.metrics["run"]["simulated_time"]),
         time.perf_counter() - began,
-        [asdict(verdict) for verdict in run.verdicts],
+        run.verdicts,
         dump_scenario(scenario),
         {
             str(name).removeprefix(prefix): str(value)
@@ -197,7 +195,7 @@ def signal_that_differs(run: Flight, others: Sequence[Flight]) -> str:
 
 
 def row_of_nothing(
-    job: Job, outcome: str, message: str, wall_time: float, faults: Sequence[dict[str, Any]] = ()
+    job: Job, outcome: str, message: str, wall_time: float, faults: Sequence[Fault] = ()
 ) -> Row:
     """The row of a run that came to nothing; what it left on disk is kept."""
     folder = job.folder if job.place is not None and is_run(job.place) else None

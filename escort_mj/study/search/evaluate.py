@@ -9,7 +9,7 @@ from types import TracebackType
 from typing import Any
 
 from escort_mj.errors import ScenarioError
-from escort_mj.record.files import write_text
+from escort_mj.files import write_text
 from escort_mj.scenario import dump_scenario
 from escort_mj.scenario.findings import parse_key_path
 from escort_mj.scenario.schema.scenario import Scenario

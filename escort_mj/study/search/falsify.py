@@ -9,9 +9,9 @@ from pathlib import Path
 
 from escort_mj import stopping
 from escort_mj.errors import ScenarioError
+from escort_mj.files import write_json
 from escort_mj.mission import fly
 from escort_mj.recognize import COUNTEREXAMPLES
-from escort_mj.record.files import write_json
 from escort_mj.record.folder import STUDY, RunFolder
 from escort_mj.study.engine.backends import Backend
 from escort_mj.study.engine.store import Row

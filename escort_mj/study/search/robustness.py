@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
-from typing import Any, NamedTuple
+from collections.abc import Iterable
+from typing import NamedTuple
 
+from escort_mj.record.outcome import Verdict
 from escort_mj.study.engine.store import Row
 
 BEST, WORST = 1.0, -2.0
@@ -37,26 +38,22 @@ def robustness(row: Row, duration: float) -> Robustness:
     """
     if not row.passed and row.simulated_time < duration - 1e-6:
         return Robustness(WORST + row.simulated_time / duration, f"outcome completed: {row.outcome}")
-    least = min((Robustness(_scaled(v), _words(v)) for v in row.verdicts), default=Robustness(BEST, "none"))
+    least = min((Robustness(_scaled(v), v.title) for v in row.verdicts), default=Robustness(BEST, "none"))
     return least if row.passed or least.value < 0.0 else Robustness(-1.0, f"outcome completed: {row.outcome}")
 
 
 def broken_by(rows: Iterable[Row], duration: float) -> set[str]:
     """What several runs break, in the words of `robustness`."""
-    words = {_words(verdict) for row in rows for verdict in row.verdicts if not verdict["passed"]}
+    words = {title for row in rows for title in row.failed}
     return words | {weakest.verdict for row in rows if (weakest := robustness(row, duration)).value < 0.0}
 
 
-def _words(verdict: Mapping[str, Any]) -> str:
-    return f"{verdict['metric']} {verdict['demanded']}"
-
-
-def _scaled(verdict: Mapping[str, Any]) -> float:
+def _scaled(verdict: Verdict) -> float:
     """A verdict's margin by its own scale."""
-    margin, value, passed = verdict["margin"], verdict["value"], bool(verdict["passed"])
+    margin, value, passed = verdict.margin, verdict.value, verdict.passed
     if margin is None or value is None or passed != (margin >= 0.0):  # or it was known to fail
         return BEST if passed else -1.0
     if math.isinf(margin):
         return math.copysign(1.0, margin)
     size = abs(margin) + abs(value)
-    return float(margin) / size if margin else BEST
+    return margin / size if margin else BEST

@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import Any
 
 from escort_mj.errors import EscortError, UsageError
-from escort_mj.expect.verdicts import Verdict
 from escort_mj.mission import Flight, fly
 from escort_mj.record.folder import STUDY, RunFolder
 from escort_mj.scenario import Scenario
@@ -91,7 +90,7 @@ def shrink_scenario(
     )
     with RunFolder.create(out, STUDY) as folder:
         run = fly(small, folder)
-    message = next(one.message for one in run.verdicts if _words(one) == search.broken)
+    message = next(one.message for one in run.verdicts if one.title == search.broken)
     pairs = [(team(one), one) for one in (scenario, small)]
     return Shrunk(
         search.broken,
@@ -121,7 +120,7 @@ class _Search:
         first = min(failed, key=lambda one: math.inf if one.time is None else one.time)
         if not run.verdicts[0].passed:
             first = run.verdicts[0]  # how it ended
-        self.broken, self.moment, self.small = _words(first), first.time, scenario
+        self.broken, self.moment, self.small = first.title, first.time, scenario
         self.valued = first.value is not None
         self.data = _plain(scenario)
         if first.expectation is not None:
@@ -173,7 +172,7 @@ class _Search:
         except EscortError:
             return False  # nothing that can be run
         for one in run.verdicts:
-            alike = _words(one) == self.broken and (one.value is not None) == self.valued
+            alike = one.title == self.broken and (one.value is not None) == self.valued
             if alike and not one.passed and (at is None or one.time == at):
                 self.data, self.small = data, scenario
                 return True
@@ -184,10 +183,6 @@ class _Search:
         if self.progress is not None:
             self.progress(self.runs, self.most)
         return fly(scenario)
-
-
-def _words(verdict: Verdict) -> str:
-    return f"{verdict.metric} {verdict.demanded}"
 
 
 def _plain(scenario: Scenario) -> dict[str, Any]:

@@ -12,8 +12,8 @@ import numpy as np
 
 from escort_mj import stopping
 from escort_mj.errors import ScenarioError, UsageError
+from escort_mj.files import write_json, write_text
 from escort_mj.recognize import BEST
-from escort_mj.record.files import write_json, write_text
 from escort_mj.study.engine.backends import Backend
 from escort_mj.study.engine.store import Row
 from escort_mj.study.engine.work import Job

@@ -8,7 +8,7 @@ from itertools import zip_longest
 from pathlib import Path
 from typing import NamedTuple
 
-from escort_mj.record.files import write_json, write_text
+from escort_mj.files import write_json, write_text
 from escort_mj.record.tables import markdown
 from escort_mj.record.window import WORDS
 from escort_mj.study.sweeps.expected import Better, CellBound, CellsExpectation

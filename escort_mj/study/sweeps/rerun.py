@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import hashlib
 import math
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -16,7 +16,7 @@ from escort_mj.metrics import METRICS
 from escort_mj.mission import Progress, fly
 from escort_mj.recognize import OUTCOME, RESOLVED, SCENARIO
 from escort_mj.record.folder import RunFolder, StoredRun, read_run
-from escort_mj.record.outcome import FINAL, Outcome
+from escort_mj.record.outcome import FINAL, Outcome, Verdict
 from escort_mj.record.recording import is_log
 from escort_mj.record.stored import PLUGINS, TRACE
 from escort_mj.scenario import Scenario
@@ -99,7 +99,7 @@ class Side(NamedTuple):
 
     trace: xarray.Dataset
     outcome: str
-    verdicts: list[dict[str, Any]]
+    verdicts: list[Verdict]
     versions: dict[str, str]
 
     @classmethod
@@ -142,8 +142,7 @@ def rerun_folder(
     else:
         with RunFolder.create(out) as folder:
             run = fly(scenario, folder, progress)
-    verdicts = [asdict(verdict) for verdict in run.verdicts]
-    now = Side(run.trace, run.outcome.value, verdicts, _versions_of(run.trace))
+    now = Side(run.trace, run.outcome.value, run.verdicts, _versions_of(run.trace))
     file = path / (RESOLVED if (path / RESOLVED).is_file() else SCENARIO)
     reran = f"{file}: {scenario.name}, seed {scenario.seed}, {scenario.duration:g} s"
     notes = (f"reran  {reran}", *_interventions(stored), *_edits(stored, scenario), *_changed_plugins(stored))
@@ -246,8 +245,8 @@ def compare_runs(first: Side, second: Side, tolerance: float = TOLERANCE) -> Agr
         then, now = then.isel(time=slice(0, rows)), now.isel(time=slice(0, rows))
     names = [str(name) for name in then.variables if ended or "time" in then[name].dims]
     differing = {name: _differ(then[name], now[name]) for name in names if name in now.variables}
-    told = {(v["metric"], v["demanded"]): v for v in first.verdicts}
-    pairs = [(told.get((v["metric"], v["demanded"]), v), v) for v in second.verdicts if ended]
+    told = {v.title: v for v in first.verdicts}
+    pairs = [(told.get(v.title, v), v) for v in second.verdicts if ended]
     known = sorted({*first.versions, *second.versions})
     versions = {name: (first.versions.get(name, ""), second.versions.get(name, "")) for name in known}
     return Agreement(
@@ -260,7 +259,7 @@ def compare_runs(first: Side, second: Side, tolerance: float = TOLERANCE) -> Agr
         differing={name: since for name, since in differing.items() if since is not None},
         missing=[name for name in names if name not in now.variables],
         metrics=_metrics(then, now) if Outcome.FAILED.value not in (first.outcome, second.outcome) else {},
-        verdicts=[(a["message"], b["message"]) for a, b in pairs if a["passed"] != b["passed"]],
+        verdicts=[(a.message, b.message) for a, b in pairs if a.passed != b.passed],
         tolerance=tolerance,
     )
 

@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, Field, ValidationError
 
 from escort_mj.errors import RunFolderError, UsageError
+from escort_mj.files import read_json, write_text
 from escort_mj.metrics import METRICS
-from escort_mj.record.files import read_json, write_text
 from escort_mj.scenario.findings import key_path, parse_key_path
 from escort_mj.scenario.reader.dump import flow
 from escort_mj.scenario.reader.files.paths import locate
@@ -235,7 +235,7 @@ class Results:
 
     def shown(self) -> list[str]:
         """Metrics of tables: those that the study chose, else the usual and what its verdicts look at."""
-        judged = [v["metric"] for row in self.rows.values() for v in row.verdicts]
+        judged = [v.metric for row in self.rows.values() for v in row.verdicts]
         usual = [name for name in dict.fromkeys([*SHOWN, *judged]) if name in self.metrics]
         return self.known(self.chosen or usual)
 

@@ -11,8 +11,8 @@ from typing import Literal, NamedTuple, TypeVar
 
 from escort_mj import stopping
 from escort_mj.errors import UsageError
+from escort_mj.files import write_text
 from escort_mj.metrics import METRIC_NAMES
-from escort_mj.record.files import write_text
 from escort_mj.record.outcome import FINAL, Outcome
 from escort_mj.record.tables import comma_separated
 from escort_mj.study.engine.backends import Backend

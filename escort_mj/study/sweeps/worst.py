@@ -9,8 +9,8 @@ from typing import NamedTuple
 import numpy as np
 
 from escort_mj.errors import ScenarioError
+from escort_mj.files import write_text
 from escort_mj.recognize import WORST as FOLDER
-from escort_mj.record.files import write_text
 from escort_mj.scenario import dump_scenario, parse_scenario
 from escort_mj.study.sweeps.design import Planned
 from escort_mj.study.sweeps.results import Results
@@ -85,4 +85,4 @@ def reason(results: Results, run: Planned) -> str:
     row = results.rows[run.key]
     if row.outcome != "completed":
         return row.message or row.outcome
-    return "; ".join(str(v["message"]) for v in row.verdicts if not v["passed"])
+    return "; ".join(v.message for v in row.verdicts if not v.passed)

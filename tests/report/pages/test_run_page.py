@@ -3,6 +3,7 @@
 import base64
 import json
 import re
+from dataclasses import asdict
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -19,6 +20,7 @@ from escort_mj.report.pages.run_page import SCRIPTS, write_run_page
 from escort_mj.report.pages.signals_data import signals_data
 from escort_mj.report.video.replay import replay_of
 from tests.report.browser import Page, look, needs_browser
+from tests.synthetic import make_verdict
 
 TIMES = (0.0, 1.23, 3.07, 5.9)
 
@@ -36,22 +38,15 @@ def folder(make_run) -> Path:
 
 
 def verdict(passed: bool = True, demanded: str = "completed", time: float | None = None) -> dict:
-    return {
-        "metric": "contacts" if time else "outcome",
-        "demanded": demanded,
-        "value": None,
-        "unit": "",
-        "time": time,
-        "who": "",
-        "margin": None,
-        "passed": passed,
-        "near_miss": False,
-        "message": f"robot 1 & <friends> did {demanded}",
-        "held": passed,
-        "xfail": "",
-        "expectation": None,
-        "bodies": [],
-    }
+    return asdict(
+        make_verdict(
+            metric="contacts" if time else "outcome",
+            demanded=demanded,
+            time=time,
+            passed=passed,
+            message=f"robot 1 & <friends> did {demanded}",
+        )
+    )
 
 
 @pytest.fixture(scope="module")

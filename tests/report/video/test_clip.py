@@ -3,6 +3,7 @@
 import json
 import re
 import subprocess
+from dataclasses import asdict
 from types import SimpleNamespace
 
 import imageio_ffmpeg
@@ -17,12 +18,13 @@ from escort_mj.report.video.clip import LENGTH, plan_clip
 from escort_mj.scenario.schema.scenario import Video
 from tests.drawing import needs_gl
 from tests.report.video.test_video import banner, read
+from tests.synthetic import make_verdict
 
 SMALL = Video(width=320, height=180, rate=5)
 
 
 def verdict(passed=False, time=None, bodies=(), message="contacts none: 1"):
-    return {"passed": passed, "time": time, "bodies": list(bodies), "message": message}
+    return make_verdict(passed=passed, time=time, bodies=bodies, message=message)
 
 
 def run(*verdicts, end=20.0, outcome="diverged: robot 1 is far away"):
@@ -74,7 +76,7 @@ def meeting(make_run):
     """A run whose verdict says that robot 1 and the first obstacle met at 3 s."""
     folder = make_run(outcome=Outcome.COMPLETED)
     where = folder / "verdicts.json"
-    where.write_text(json.dumps([verdict(time=3.0, bodies=("robot_1", "obstacle_1"))]))
+    where.write_text(json.dumps([asdict(verdict(time=3.0, bodies=("robot_1", "obstacle_1")))]))
     return folder
 
 
@@ -110,7 +112,9 @@ def test_the_same_bodies_are_less_red_in_the_video_of_the_whole_run(meeting):
 @needs_gl
 @pytest.mark.slow
 def test_bodies_that_the_model_does_not_have_are_not_marked(meeting):
-    (meeting / "verdicts.json").write_text(json.dumps([verdict(time=3.0, bodies=("robot_1", "ghost"))]))
+    (meeting / "verdicts.json").write_text(
+        json.dumps([asdict(verdict(time=3.0, bodies=("robot_1", "ghost")))])
+    )
     assert len(read(video.render_clip(meeting, SMALL))) > 30
 
 

@@ -13,13 +13,12 @@ import pytest
 from escort_mj.errors import UsageError
 from escort_mj.metrics import METRIC_NAMES
 from escort_mj.study.engine.store import FILE, SILENCE, Row, Store, open_store
+from tests.synthetic import make_verdict
 
 
 def row(key: str, **changes: object) -> Row:
     metrics = {"radius_error_mean": 0.25, "settling_time": float("inf"), "energy_ratio": None}
-    verdict = {"metric": "contacts", "demanded": "none", "passed": True, "message": "contacts none: none"}
-    verdicts = [verdict | {"value": 0.0, "margin": 0.0}]
-    settings, versions = {"robots.mass": 2.0}, {"mujoco": "3"}
+    settings, versions, verdicts = {"robots.mass": 2.0}, {"mujoco": "3"}, [make_verdict()]
     return Row(
         key, 3, settings, "completed", "done", True, 2.0, 0.1, verdicts, "name: x\n", versions, metrics
     )._replace(**changes)  # fmt: skip

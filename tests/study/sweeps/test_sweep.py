@@ -141,7 +141,7 @@ def test_what_goes_wrong_is_a_row(tmp_path: Path) -> None:
     assert {row["passed"] for row in rows} == {"False"}
     folders = sorted((out / "runs").iterdir())
     assert len(folders) == sum(row["outcome"] == "completed" for row in rows)
-    assert not read_run(folders[0]).verdicts[1]["passed"]
+    assert not read_run(folders[0]).verdicts[1].passed
 
 
 def test_a_large_study_says_so_before_it_begins(tmp_path: Path) -> None:

@@ -20,7 +20,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from escort_mj import palette
-from escort_mj.record.files import make_folder, replaced
+from escort_mj.files import make_folder, replaced
 from escort_mj.report.figures.drawing.letters import FONT, finish_texts
 from escort_mj.report.figures.drawing.look import NARROW, USUAL, WIDTH, Look, present
 
