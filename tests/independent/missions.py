@@ -51,11 +51,6 @@ def drifting(positions: Sequence[Sequence[float]], velocities: Any = None, **key
     return {**base, "force_limit": NO_FORCE, **keys}
 
 
-def within(after: float, before: float, *questions: Keys) -> list[Keys]:
-    """Return questions about a window."""
-    return [question | {"after": after, "before": before} for question in questions]
-
-
 NONE: Keys = {"contacts": "none"}
 COUNT: Keys = {"metric": "contacts"}
 ROBOTS: Keys = {"metric": "robot_clearance_min"}
@@ -71,13 +66,3 @@ def apart(one: str, other: str) -> Keys:
 def touching(one: str, other: str, *bounds: str) -> list[Keys]:
     """Ask for the number of touches of two sides, and for what else bounds them."""
     return [{"contacts": [one, other], "of": bound} for bound in ("count", *bounds)]
-
-
-SWEPT = [NONE, COUNT, apart("robots", "target"), *touching("robots", "target", "touch_time")]
-MET = [
-    NONE,
-    COUNT,
-    apart("target", "obstacles"),
-    *touching("target", "obstacles", "touch_time", "penetration"),
-]
-DEEP = [apart("target", "obstacles"), *touching("target", "obstacles", "penetration")]

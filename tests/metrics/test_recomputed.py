@@ -22,7 +22,7 @@ from escort_mj import mission
 from escort_mj.measuring import SHIPPED
 from escort_mj.metrics import METRIC_NAMES
 from escort_mj.scenario.reader.load import parse_scenario
-from tests.metrics.motions import DASH, DRIVEN, HEADED, KNOWING, OPPOSED
+from tests.metrics.motions import MISSIONS
 
 Array, DT = np.ndarray, 0.002
 APD, LIMIT = {"kp": 30.0, "kd": 50.0, "k": 1.0, "mu": 20.0, "slope": 20.0}, 4.0
@@ -69,62 +69,17 @@ def ring(count: int, radius: float) -> list[list[float]]:
 
 
 RECORDED = {"rate": 1.0 / DT}
-CASES = {
-    "a noisy plane": Case(
-        {
-            "seed": 5,
-            "mission": {"radius": 2, "outer": "nsb"},
-            "robots": {"positions": [[2.3, 0.2], [0, 2.05], [-2, -0.1], [0.1, -2.4]], "force_limit": LIMIT,
-                       "overrides": [{"robot": 2, "mass": 1.6}]},
-            "target": {"position": ["0.4*t", "0.2*sin(2*t)"]},
-            "obstacles": [
-                {"position": [3.2, 0.4], "radius": 0.4},
-                {"shape": "box", "position": [-0.3, 3.3], "size": [0.5, 0.3, 3], "orientation": 0.6},
-            ],
-            "sensing": {"position": {"noise": 0.02}, "velocity": {"noise": 0.01}},
-            "uncertainty": {"disturbance": ["0.5*sin(3*t)", 0.3]},
-        },
-        obstacles=(Body(0.4), Body(0.0, (0.5, 0.3), 0.6)),
-        mass=(1.0, 1.6, 1.0, 1.0),
-    ),
-    "the truth in space": Case(
-        {
-            "axes": 3,
-            "robots": {"positions": [[2.2, 0, 0.3], [0, 2, 0], [-2, 0.2, -0.2], [0, -2.1, 0.4]],
-                       "force_limit": None},
-            "target": {"position": ["0.3*t", 0, "0.1*t"]},
-            "obstacles": [{"shape": "capsule", "position": [0.2, -1.8, 2.8], "size": [0.3, 0.8]}],
-            "uncertainty": {"disturbance": [2, "5*sin(8*t)", 0.1]},
-            "recording": {**RECORDED, "truth": True},
-        },
-        obstacles=(Body(0.3, (0.8,)),),
-    ),
-    "robots that touch": Case(
-        {
-            "duration": 0.6,
-            "robots": {
-                "positions": [[-1.0, 0.05], [1.0, -0.05], [4.0, 0.1], [0.0, 9.0]],
-                "velocities": [[4.0, 0.0], [-4.0, 0.0], [3.0, 0.0], [0.0, 0.0]],
-                "force_limit": 1e-12,
-            },
-            "target": {"position": [0, "-3+4*t"]},
-            "obstacles": [{"position": [5.2, 0.0], "radius": 0.5}],
-            "mission": {"radius": 5, "behaviors": ["surface"]},
-        },
-        obstacles=(Body(0.5),),
-        radius=5.0,
-    ),
-    "a robot that fails": Case(
-        {
-            "robots": {"positions": ring(4, 2.12), "failures": [{"robot": 2, "at": 0.3, "kind": "dead"}]},
-            "mission": {"radius": 2, "behaviors": ["avoid_obstacles", "vertices", "surface"]},
-            "target": {"position": ["0.2*t", 0]},
-        },
-        dead={1: 0.3},
-    ),
-    **{name: Case(keys) for name, keys in (HEADED | KNOWING | DASH | DRIVEN).items()},
-    **{name: Case(keys, (Body(0.2),) * 3) for name, keys in OPPOSED.items()},
-}  # fmt: skip
+ABOUT: dict[str, dict[str, Any]] = {
+    "a noisy plane": {
+        "obstacles": (Body(0.4), Body(0.0, (0.5, 0.3), 0.6)),
+        "mass": (1.0, 1.6, 1.0, 1.0),
+    },
+    "the truth in space": {"obstacles": (Body(0.3, (0.8,)),)},
+    "robots that touch": {"obstacles": (Body(0.5),), "radius": 5.0},
+    "a robot that fails": {"dead": {1: 0.3}},
+    "opponents": {"obstacles": (Body(0.2),) * 3},
+}
+CASES = {name: Case(keys, **ABOUT.get(name, {})) for name, keys in MISSIONS.items()}
 
 
 class Flown(NamedTuple):

@@ -5,13 +5,13 @@ import pytest
 from matplotlib.colors import to_rgb
 
 from escort_mj import palette, run
-from tests.metrics.motions import OPPOSED
+from tests.metrics.motions import MISSIONS
 from tests.report.figures.test_knowledge import drawn, words
 
 
 @pytest.mark.parametrize("axes", [2, 3])
 def test_ways_of_opponents_and_what_became_of_them(compiled: None, axes: int) -> None:
-    given = OPPOSED["opponents"]
+    given = MISSIONS["opponents"]
     rest = [0.0] * (axes - 2)
     robots = {"positions": [[*place, *rest] for place in given["robots"]["positions"]]}
     opponents = [
