@@ -1,7 +1,7 @@
 """Wrong inputs in files beside the tests: each with words of the one error that it must raise.
 
-A file is a list of tables, after a text with which each input begins where there is one. In the words of an
-error, `...` stands for any others.
+A file is a list of tables; before it may stand a text with which each input begins, or that it changes.
+In the words of an error, `...` stands for any others.
 """
 
 import re
@@ -24,12 +24,21 @@ def wrong(folder: Path) -> list[Any]:
         *heads, cases = YAML(typ="safe").load_all(path)
         for number, case in enumerate(cases):
             text = "".join([*heads, case.get("text", "")])
+            if "change" in case:
+                assert case["change"][0] in text, case
+                text = text.replace(*case["change"])
             name = f"{path.stem}-{case.get('what', number)}"
             found.append(pytest.param({**case, "text": text}, id=name))
+    assert found, folder
     return found
 
 
-def assert_said(found: object, wanted: str) -> None:
-    """An error begins with the first words, and has the others in this order."""
+def is_said(found: object, wanted: str) -> bool:
+    """Whether an error begins with the first words, and has the others in this order."""
     pattern = ".*".join(re.escape(words) for words in re.split(r" ?\.\.\. ?", wanted))
-    assert re.match(pattern, str(found), re.DOTALL), f"{found}\nlacks: {wanted}"
+    return re.match(pattern, str(found), re.DOTALL) is not None
+
+
+def assert_said(found: object, wanted: str) -> None:
+    """An error has these words."""
+    assert is_said(found, wanted), f"{found}\nlacks: {wanted}"

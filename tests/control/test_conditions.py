@@ -1,6 +1,7 @@
 """The conditions of set_based that machine code finds, against those of `tests/independent/conditions.py`."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -23,6 +24,7 @@ STEP = 0.01
 SAMPLES = 10  # of each mission that is drawn
 FORCE, MASS = 20.0, 1.0
 WISHED = 20.0  # m/s
+PLANAR = (1, 6, 9, 11, 14, 21, 23, 24, 27, 30, 38)  # seeds of missions of every kind
 
 
 def _finder(axes: int) -> Any:
@@ -259,7 +261,7 @@ def slack(r: np.ndarray, b: np.ndarray, most: float) -> float:
     return float(found.x[-1])
 
 
-def look_at(missions: range) -> None:
+def look_at(missions: Sequence[int]) -> None:
     """Hold machine code against the independent conditions, in so many missions."""
     asked, resting = 0, 0
     for seed in missions:
@@ -277,7 +279,8 @@ def look_at(missions: range) -> None:
 
 
 def test_no_condition_is_missing() -> None:
-    look_at(range(12))
+    """In the plane alone: to compile for three axes takes longer than all of it."""
+    look_at(PLANAR)
 
 
 @pytest.mark.slow

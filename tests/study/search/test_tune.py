@@ -126,31 +126,6 @@ def test_a_gain_with_its_interval():
     assert _gain(rows([None]), rows([1.0]), "x") is None
 
 
-@pytest.mark.parametrize(
-    ("change", "expected"),
-    [
-        (("tracking_error_rms", "tracking_eror_rms"), "9:25: tune.objectives[0].metric: found"),
-        (("trials: 20", "bounds: [{metric: contacts}]"), "10:12: tune.bounds[0]: has no bound; give at_most"),
-        (
-            ("low: 1, high: 200", "low: 0, high: 200"),
-            "tune.over.controller.proportional_gain.low: found 0; a log",
-        ),
-        (
-            ("_gain: {low: 1", "_gian: {low: 1"),
-            "7:41: tune.over.controller.proportional_gian.low: is not a key of pd",
-        ),
-        (("held_out: 6", "held_out: -1"), "11:13: tune.held_out: found -1; expected at least 0"),
-        (("derivative_gain", "law"), '8:27: tune.over.controller.law.low: found "1.0"'),
-        (("[{metric: tracking_error_rms}]", "[]"), "9:15: tune.objectives: found an empty list"),
-    ],
-)
-def test_faults_have_their_place(tmp_path, change, expected):
-    with pytest.raises(ScenarioError) as caught:
-        design(tmp_path, STUDY.replace(*change))  # whatever is done with the study
-    found = [str(fault).removeprefix(f"{tmp_path / 'study.yaml'}:") for fault in caught.value.faults]
-    assert any(expected in fault for fault in found), found
-
-
 def test_nothing_that_keeps_the_constraints_is_said(tmp_path, compiled):
     text = STUDY.replace("trials: 20", "trials: 4") + "  bounds: [{metric: force_rms, at_most: 1.0e-6}]\n"
     with pytest.raises(UsageError, match=r"none of 4 trials keeps every constraint; .*trials\.csv says"):

@@ -9,7 +9,6 @@ import pytest
 
 import escort_mj
 from escort_mj.api import scenarios_folder
-from escort_mj.errors import ScenarioError
 from escort_mj.scenario import load_file
 from escort_mj.study.engine.store import Row
 from escort_mj.study.sweeps.definition import load_study
@@ -111,34 +110,6 @@ def test_a_claim_without_a_bound_is_that_runs_complete() -> None:
     assert judged({}, lambda *_: {}, missing=8).holds == "undecided"
     one = judged({"where": {"case": "plane", "law": "b"}}, lambda *_: None)
     assert one.answers["some"] == Answer(False, "plane, b diverged: far away")
-
-
-@pytest.mark.parametrize(
-    ("more", "words"),
-    [
-        ({"apart": "reading"}, "apart: found reading; this study varies case, law"),
-        ({"cases": {}, "vary": {}, "scenario": "main"}, "apart: found limit; this study varies nothing"),
-        ({"expect": [{"claim": "c", "where": {"lawn": "a"}}]}, "lawn: is no factor; .*did you mean .law"),
-        ({"expect": [{"claim": "c", "where": {"law": ["a", "c"]}}]}, "found c; the levels are a"),
-        ({"expect": [{"claim": "c", "bounds": [{"metric": "contacts"}]}]}, "has no bound"),
-        ({"expect": [{"claim": "c", "bounds": [{"metric": "contact", "at_most": 0}]}]}, "found 'contact'"),
-        ({"expect": [{"claim": "c", "better": FAST | {"than": {"law": "z"}}}]}, "found z; the levels are a"),
-        ({"figures": [{"name": "f", "draw": "paths", "where": {"law": "a"}}]}, "need those that are kept"),
-        ({"traces": "all", "figures": [PATHS, PATHS]}, "list already"),
-        (
-            {"traces": "all", "vary": {"robots.mass": [1, 2, 3, 4, 5]}, "apart": "",
-             "figures": [PATHS]},
-            "chooses 5 cells; a figure has room for 1 to 4",
-        ),
-        ({"cases": {"plane": {}}}, "cases.plane: has no scenario, and neither has the study"),
-        ({"cases": {}}, "has no scenario; scenario: main names one"),
-        ({"cases": {"plane": {"scenario": "mian"}}}, "cases.plane.scenario: found mian; .*mean .main"),
-        ({"vary": {"law": {"a": {"controler": "pd"}}}, "apart": ""}, "vary.law.a.controler: .*controler"),
-    ],
-)  # fmt: skip
-def test_what_is_wrong_is_said_at_its_place(more: dict[str, Any], words: str) -> None:
-    with pytest.raises(ScenarioError, match=words):
-        design_of(**more)
 
 
 def test_kept_runs_are_drawn_side_by_side_and_claims_written(tmp_path: Path, compiled: None) -> None:
