@@ -51,7 +51,7 @@ class StudyResult:
 
     @cached_property
     def table(self) -> pandas.DataFrame:
-        """One row per run (`attrs["units"]` has the units of metrics), trial, counterexample or claim."""
+        """One row per run (`attrs["units"]` has the units of columns), trial, counterexample or claim."""
         return self._read()
 
     def to_dataframe(self) -> pandas.DataFrame:
@@ -175,7 +175,7 @@ def sweep(
     if claims:
         lines, written = lines + judged_lines(claims), [*written, *FILES]
     passed = not done.failed and all(claim.holds in ("yes", "undecided") for claim in claims)
-    read = _runs_of(folder)
+    read = _table_of(folder / TABLE)
     return StudyResult(design.study.study, folder, lines, written, passed, done, read)
 
 
@@ -249,7 +249,7 @@ def compare(
         lines, written = write_comparison(results, folder)
     lines.insert(0, f"{done.runs} runs: {done.made} new, {done.runs - done.made} from earlier")
     stated = all(row.outcome in FINAL for row in results.rows.values())
-    read = _runs_of(folder)
+    read = _table_of(folder / TABLE)
     return StudyResult(mission.name, folder, lines, [*written, TABLE], stated, done, read)
 
 
@@ -429,28 +429,21 @@ def _names(given: Sequence[str]) -> Sequence[str]:
 
 
 def _table_of(path: Path) -> Callable[[], pandas.DataFrame]:
-    """Return a function that parses the present text of a CSV file; pandas takes long to import."""
+    """Return a function that parses the present text of a CSV file; pandas takes long to import.
+
+    Units stand in the file's heads, and in `attrs["units"]` of the table.
+    """
     text = path.read_text(encoding="utf-8")
 
     def read() -> pandas.DataFrame:
         import pandas
 
-        return pandas.read_csv(StringIO(text))
+        from escort_mj.record.tables import parted
 
-    return read
-
-
-def _runs_of(folder: Path) -> Callable[[], pandas.DataFrame]:
-    """Return a function that reads the runs of a study, one a row, with the units of their metrics."""
-    from escort_mj.study.sweeps.results import open_results
-    from escort_mj.study.sweeps.sweep import TABLE
-
-    parsed = _table_of(folder / TABLE)
-
-    def read() -> pandas.DataFrame:
-        found = parsed()
-        metrics = open_results(folder).metrics
-        found.attrs["units"] = {name: one.unit for name, one in metrics.items() if name in found}
+        found = pandas.read_csv(StringIO(text))
+        units = dict(map(parted, found.columns))
+        found.columns = pandas.Index(units)
+        found.attrs["units"] = {name: unit for name, unit in units.items() if unit}
         return found
 
     return read

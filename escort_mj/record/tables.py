@@ -26,6 +26,17 @@ _LATEX = {letter: f"\\{letter}" for letter in "&%$#_{}"} | {
 FORMULA = ("=", "+", "-", "@")  # how cells begin that spreadsheets run
 
 
+def headed(name: str, unit: str) -> str:
+    """Return the head of a column, `name [unit]`; the name alone where there is no unit."""
+    return name if unit in ("", "1") else f"{name} [{unit}]"
+
+
+def parted(head: str) -> tuple[str, str]:
+    """Return name and unit of a column's head; the unit is empty where it has none."""
+    name, mark, unit = head.partition(" [")
+    return (name, unit[:-1]) if mark and unit.endswith("]") else (head, "")
+
+
 def comma_separated(rows: Iterable[Iterable[Any]]) -> str:
     """Return rows as comma-separated values.
 

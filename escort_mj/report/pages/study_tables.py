@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from escort_mj.files import write_text
-from escort_mj.record.tables import comma_separated, latex, markdown
+from escort_mj.record.tables import comma_separated, headed, latex, markdown
 from escort_mj.report.figures.drawing.scales import readable
 from escort_mj.report.pages.html import Table, Text
 from escort_mj.study.sweeps.design import Planned
@@ -17,7 +17,8 @@ from escort_mj.study.sweeps.statistics import LEVEL, Interval, Paired, Proportio
 
 MOST_CELLS = 500  # rows of a table
 HEADS = {PASSED: "passed", COMPLETED: "completed", COLLIDED: "contacts"}
-STATISTICS = ("known", "never", "mean", "mean_low", "mean_high", "median", "median_low", "median_high")
+COUNTS = ("known", "never")
+STATISTICS = ("mean", "mean_low", "mean_high", "median", "median_low", "median_high")
 
 
 def run_cell(results: Results, run: Planned) -> list[Text]:
@@ -198,9 +199,11 @@ def write_tables(tables: Sequence[Table], folder: Path, name: str) -> None:
 def write_cells(results: Results, path: Path) -> None:
     """Write every statistic of every cell as comma-separated values, in SI units, for other programs."""
     known = results.known(results.metrics)
-    head = ["cell", *results.factors, "runs", "failed"]
+    head = ["cell", *(factor.title for factor in results.factors.values()), "runs", "failed"]
     head += [f"{name}_{part}" for name in RATES for part in ("times", "of", "share", "low", "high")]
-    head += [f"{name}_{part}" for name in known for part in STATISTICS]
+    for name in known:
+        head += [f"{name}_{part}" for part in COUNTS]
+        head += [headed(f"{name}_{part}", results.metrics[name].unit) for part in STATISTICS]
     lines: list[list[object]] = [[*head]]
     for index in range(len(results.cells)):
         line: list[object] = [index, *results.labels(index).values(), results.rate(PASSED, index).of]

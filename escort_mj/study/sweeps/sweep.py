@@ -14,14 +14,14 @@ from escort_mj.errors import UsageError
 from escort_mj.files import write_text
 from escort_mj.metrics import METRIC_NAMES
 from escort_mj.record.outcome import FINAL, Outcome
-from escort_mj.record.tables import comma_separated
+from escort_mj.record.tables import comma_separated, headed
 from escort_mj.study.engine.backends import Backend
 from escort_mj.study.engine.parallel import Died
 from escort_mj.study.engine.store import FILE, Row, Store
 from escort_mj.study.engine.work import RUNS, Job, killed, perform
 from escort_mj.study.sweeps.definition import StudyFile, cells_of
 from escort_mj.study.sweeps.design import Design, Planned, word
-from escort_mj.study.sweeps.results import write_design
+from escort_mj.study.sweeps.results import results_of, write_design
 
 CONFIRMING = "--yes (in Python confirmed=True) makes them"
 TABLE = "runs.csv"
@@ -247,9 +247,11 @@ def write_csv(design: Design, planned: Sequence[Planned], rows: dict[str, Row], 
     facts = ("seed", "outcome", "passed", "failed", "simulated_time", "message", "key")
     custom = {name for row in rows.values() for name in row.metrics if name not in METRIC_NAMES}
     metrics = [*METRIC_NAMES, *sorted(custom)]
-    lines: list[list[object]] = [
-        [*design.factors, *(["point"] if design.study.sample else []), *facts, *metrics]
-    ]
+    results = results_of(design, rows)
+    units = {name: quantity.unit for name, quantity in results.metrics.items()} | {"simulated_time": "s"}
+    factors = [results.factors[name].title for name in design.factors]
+    names = [*(["point"] if design.study.sample else []), *facts, *metrics]
+    lines: list[list[object]] = [[*factors, *(headed(name, units.get(name, "")) for name in names)]]
     for run in planned:
         if (row := rows.get(run.key)) is None:
             continue

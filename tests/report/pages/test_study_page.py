@@ -107,13 +107,13 @@ def test_a_broken_run_that_left_no_scenario_gets_it_back(tmp_path: Path) -> None
 def test_cells_as_numbers_for_other_programs(folder: Path) -> None:
     head, *lines = (folder / "cells.csv").read_text().splitlines()
     assert len(lines) == 27 and head.startswith(
-        "cell,controller,robots.mass,robots.force_limit,runs,failed,passed_times"
+        "cell,controller,robots.mass [kg],robots.force_limit [N],runs,failed,passed_times"
     )
     first = dict(zip(head.split(","), lines[0].split(","), strict=True))
-    assert float(first["radius_error_mean_mean"]) == pytest.approx(0.0045)
+    assert float(first["radius_error_mean_mean [m]"]) == pytest.approx(0.0045)
     assert float(first["passed_low"]) == pytest.approx(0.025**0.25)
     last = dict(zip(head.split(","), lines[-1].split(","), strict=True))
-    assert float(last["settling_time_median"]) == math.inf and last["settling_time_mean"] == ""
+    assert float(last["settling_time_median [s]"]) == math.inf and last["settling_time_mean [s]"] == ""
 
 
 def test_cells_as_tables_for_papers(folder: Path) -> None:
@@ -141,7 +141,7 @@ def test_metrics_of_plugins_are_in_the_tables(tmp_path: Path) -> None:
     assert results.metrics["farthest"].unit == "m" and "farthest" in results.known(results.metrics)
     write_study_page(out)
     head, first, *_ = (out / "cells.csv").read_text().splitlines()
-    assert dict(zip(head.split(","), first.split(","), strict=True))["farthest_mean"] == "4.5"
+    assert dict(zip(head.split(","), first.split(","), strict=True))["farthest_mean [m]"] == "4.5"
     assert "Also in" in (page := (out / "report.html").read_text()) and "farthest" in page
 
 

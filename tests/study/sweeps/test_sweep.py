@@ -17,6 +17,7 @@ from escort_mj.errors import EscortError, ScenarioError, UsageError
 from escort_mj.measuring import measures_of
 from escort_mj.mission import fly
 from escort_mj.record.folder import read_run
+from escort_mj.record.tables import parted
 from escort_mj.stopping import Interrupted
 from escort_mj.study.engine.backends import dask, here, local
 from escort_mj.study.engine.store import FILE, Row, Store
@@ -44,7 +45,7 @@ def design(folder: Path, text: str = STUDY) -> Design:
 
 def table(folder: Path) -> list[dict[str, str]]:
     with (folder / "runs.csv").open() as file:
-        return list(csv.DictReader(file))
+        return [{parted(head)[0]: cell for head, cell in row.items()} for row in csv.DictReader(file)]
 
 
 def stored(folder: Path) -> list[dict[str, str]]:
