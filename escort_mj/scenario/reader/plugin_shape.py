@@ -66,7 +66,7 @@ def check_shape(model: type[Any], source: str) -> None:
     if issubclass(model, RobotKind):
         check_name(model, place)
         if not (model.mjcf or model.part):
-            raise PluginError(f'{place}: has no body; give it  mjcf = "<mujoco> ... </mujoco>"')
+            raise PluginError(f'{place}: has no body; give it  mjcf = "<body> ... </body>"')
     if issubclass(model, Expectation):
         _check_expectation(model, place)
     else:

@@ -91,7 +91,7 @@ def _shipped_part(name: str, part: str) -> Element:
 def _own_part(place: str, text: str) -> Element:
     """A part that a plugin brings as text, checked."""
     try:
-        root = ElementTree.fromstring(_checked(text))
+        root = ElementTree.fromstring(_checked(_whole(text)))
     except Exception as error:
         words = " ".join(str(error).split())[:200]
         raise PluginError(f"{place}: its MJCF cannot be read: {words}") from None
@@ -110,6 +110,16 @@ def _own_part(place: str, text: str) -> Element:
     if motors != list("xyz"):
         raise PluginError(f"{place}: found the motors {motors}; expected x, y and z")
     return root
+
+
+def _whole(text: str) -> str:
+    """Return MJCF of a robot; a body alone hangs on a mass that slides along each axis."""
+    root = ElementTree.fromstring(text)
+    if root.tag != "body":
+        return text
+    mass = ElementTree.fromstring(_written("point_mass"))
+    mass.findall("worldbody/body")[0].append(root)
+    return ElementTree.tostring(mass, encoding="unicode")
 
 
 def new_root(part: str, model: str) -> Element:
