@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
 from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
@@ -57,16 +56,9 @@ class AvoidObstacles(Behavior):
 
     python_only: ClassVar[frozenset[str]] = frozenset({"measure", "teammates"})
 
-    @staticmethod
-    def margin(behaviors: Iterable[Behavior], radius: float) -> float:
-        """Return how far a robot's center keeps from obstacles [m].
-
-        Args:
-            behaviors: Of the mission.
-            radius: The robot's [m].
-        """
-        avoids = [each for each in behaviors if isinstance(each, AvoidObstacles)]
-        return max((a.safe_distance + radius * (a.measure == "surface") for a in avoids), default=radius)
+    def keeps_off(self, radius: float) -> float:
+        """Return how far it keeps a robot's center from the surfaces of obstacles [m]."""
+        return self.safe_distance + radius * (self.measure == "surface")
 
     @property
     def looks_within(self) -> float:

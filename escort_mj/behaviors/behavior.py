@@ -77,6 +77,19 @@ class Behavior(Equations):
         """
         return None
 
+    def keeps_off(self, radius: float) -> float:
+        """Return how far it keeps a robot's center from the surfaces of obstacles [m]; by default 0.
+
+        Args:
+            radius: The robot's [m].
+        """
+        return 0.0
+
+    @property
+    def arrives_within(self) -> float:
+        """Distance within which a robot is where it is sent [m]; 0 where it says no place of each robot."""
+        return 0.0
+
     @property
     def looks_within(self) -> float:
         """Distance from which on it makes no difference to it by how much an obstacle is farther [m]."""

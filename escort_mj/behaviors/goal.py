@@ -103,6 +103,11 @@ class Headed(Behavior):
     reach: PositiveFloat = 0.1
     """Distance within which a robot has reached its goal, or passed a waypoint on the way there [m]."""
 
+    @property
+    def arrives_within(self) -> float:
+        """Distance within which a robot is where it is sent [m]."""
+        return self.reach
+
 
 class Goal(Headed):
     """Send each robot to its own goal, directly or along waypoints."""

@@ -27,14 +27,13 @@ from escort_mj.disturbances import Disturbance
 from escort_mj.errors import EscortError
 from escort_mj.estimators import Estimator
 from escort_mj.expectations.expectation import Expectation
-from escort_mj.failures import Failure
 from escort_mj.laws.law import Law
 from escort_mj.metrics.metric import Metric
 from escort_mj.plugin_calls import place_of
 from escort_mj.policies import Policy
 from escort_mj.radios import Radio
 from escort_mj.robots import RobotKind
-from escort_mj.rules import Rule
+from escort_mj.scenario.kinds import kind_of
 from escort_mj.scenario.reader.catalog import assemble, scenario_type
 from escort_mj.scenario.reader.plugins import Plugin, load_plugin, source_of
 from escort_mj.sensors import Sensor
@@ -49,13 +48,18 @@ CHECKS: dict[type[Any], tuple[Checks, ...]] = {
     Radio: (check_parameters, check_radio, check_missions),
     Disturbance: (check_parameters, check_disturbance, check_missions),
     Sensor: (check_parameters, check_sensor, check_missions),
-    Failure: (check_parameters, check_calls, check_missions),
-    Rule: (check_parameters, check_calls, check_missions),
     RobotKind: (check_parameters, check_kind, check_missions),
     Metric: (try_metric,),
     Expectation: (check_parameters, check_expectation),
 }
 """What members of a kind are asked; called with the member and the type of scenarios that knows it."""
+CALLED = check_parameters, check_calls, check_missions
+"""What members of the other kinds are asked."""
+
+
+def checks_of(member: Any) -> tuple[Checks, ...]:
+    """Return what a member is asked."""
+    return CHECKS.get(Metric if isinstance(member, Metric) else kind_of(member), CALLED)
 
 
 class Check(NamedTuple):
@@ -91,7 +95,7 @@ def check_plugin(written: str) -> Iterator[Check]:
     for member in plugin.members:
         name = member.name if isinstance(member, Metric) else member.__name__
         yield Check(name, "loads", True, _told(plugin, member))
-        for checks in next(checks for base, checks in CHECKS.items() if member in plugin.of(base)):
+        for checks in checks_of(member):
             try:
                 for row in checks(member, kind):
                     yield Check(name, *row)

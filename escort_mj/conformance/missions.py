@@ -6,7 +6,8 @@ from collections.abc import Iterator
 from typing import Any
 
 from escort_mj.behaviors.behavior import Behavior
-from escort_mj.conformance.stand import CheckResult, table_of, table_with, trying
+from escort_mj.conformance.stand import CheckResult, trying
+from escort_mj.conformance.trials import table_of, table_with
 from escort_mj.mission import Flight
 from escort_mj.mission.batch import fly_many
 from escort_mj.robots import RobotKind
@@ -59,10 +60,7 @@ def mission_with(member: type[Any], kind: type[Scenario], axes: int) -> Scenario
         "sensing": {"position": {"noise": 0.01}},
     }
     own = table_of(member, axes)
-    if issubclass(member, RobotKind):
-        table["robots"] = {**own, "force_limit": 100.0}
-    else:
-        table |= table_with(member, own, axes)
+    table |= table_with(member, own, axes)
     if issubclass(member, Behavior):
         table["mission"] = {"behaviors": ("avoid_obstacles", own, "surface")}
     elif issubclass(member, Sensor):

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from escort_mj.components.component import Component
+from escort_mj.components.equations import Equations
 from escort_mj.conformance.stand import (
     ROUNDING,
     SEED,
@@ -22,7 +22,7 @@ from escort_mj.scenario.schema.scenario import Scenario
 DRAWS = 20
 
 
-def check_calls(member: type[Component], kind: type[Scenario]) -> Iterator[CheckResult]:
+def check_calls(member: type[Equations], kind: type[Scenario]) -> Iterator[CheckResult]:
     """Check a component, call by call.
 
     Args:

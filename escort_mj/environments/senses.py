@@ -12,7 +12,6 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from escort_mj.behaviors import AvoidObstacles
 from escort_mj.control.setup import Setup
 from escort_mj.errors import UsageError
 from escort_mj.memory.perception import SETTINGS, TEAMMATES, perception_of
@@ -107,13 +106,12 @@ class Senses:
         self._least_radius = min(radii or [world.setup.radius])
         self._speed = world.setup.max_speed if np.isfinite(world.setup.max_speed) else SPEED
         n, sizes = self.robots, self._sizes
-        safe = [b.safe_distance for b in world.setup.behaviors if isinstance(b, AvoidObstacles)]
+        avoids = [b.avoidance(world.setup) for b in world.setup.behaviors]
+        safe = [each.safe_distance for each in avoids if each is not None]
         settings = dict.fromkeys(SETTINGS, 0.0) | asdict(reward) | {"speed": self._speed}
         settings |= {"begin": columns("q", sizes).start, "end": columns("disturbance", sizes).stop}
         settings |= {"safe": max(safe)} if max(safe, default=0.0) > 0.0 else {"safe": 1.0, "clearance": 0.0}
-        settings["sight"] = float(
-            not any(b.hears(world.setup) for b in world.setup.all_behaviors if isinstance(b, AvoidObstacles))
-        )
+        settings["sight"] = float(not any(each.heard_distance for each in world.setup.avoidance))
         even = np.ones(max(len(world.setup.teams), 1) * n)
         self._settings = np.tile(np.append(list(settings.values()), even), (count, 1))
         self._spacing = reward.spacing

@@ -174,7 +174,7 @@ class _Blocks:
             block = shipped_layout(type(value)).pack({"p": self.setup.axes}, value.packed(self.setup))
         else:
             assert isinstance(value, Equations), "what plugins bring"
-            block = block_of(value, self.setup.axes)
+            block = block_of(value, self.setup)
         self.blocks.append(block)
         self.end += len(block)
         return self.end - len(block)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from escort_mj.behaviors import AvoidObstacles, Surface
+from escort_mj.behaviors import Surface
 from escort_mj.scenario.checks.mission import behaviors_of
 from escort_mj.scenario.checks.passage import narrowest_door
 from escort_mj.scenario.mission import Mission, mission_of
@@ -35,7 +35,7 @@ def passage_note(mission: Mission) -> str:
     surface = next((each for each in behaviors if isinstance(each, Surface)), None)
     if surface is None or isinstance(surface.radius, str) or not scenario.walls:
         return ""
-    margin = AvoidObstacles.margin(behaviors, scenario.robots.largest_radius)
+    margin = _margin(scenario)
     radius = surface.radius or scenario.mission.radius
     if surface.fit:
         radius = surface.least_radius(mission.setup)
@@ -60,7 +60,7 @@ def lidar_note(mission: Mission) -> str:
     lidar, axes = scenario.sensing.lidar, scenario.axes
     if lidar is None:
         return ""
-    margin = AvoidObstacles.margin([one for _, one in behaviors_of(scenario)], scenario.robots.largest_radius)
+    margin = _margin(scenario)
     gap = 2.0 * margin * math.sin(0.5 * widest_gap(lidar.count(axes), axes))
     for body in mission.obstacles:
         low, high = body.corners(axes)
@@ -70,3 +70,9 @@ def lidar_note(mission: Mission) -> str:
                 "distance: robots may not see it; more sensing.lidar.rays are nearer together"
             )
     return ""
+
+
+def _margin(scenario: Scenario) -> float:
+    """Return how far robots' centers keep from the surfaces of obstacles [m]."""
+    radius = scenario.robots.largest_radius
+    return max([radius, *(behavior.keeps_off(radius) for _, behavior in behaviors_of(scenario))])

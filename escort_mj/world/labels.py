@@ -10,7 +10,6 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from escort_mj.behaviors import AvoidObstacles, Headed
 from escort_mj.components.movers import kept_by
 from escort_mj.control.setup import Setup
 from escort_mj.native.levels import level
@@ -51,7 +50,8 @@ def labels_of(scenario: Scenario, world: World) -> dict[str, Any]:
     }
     (neighbors, spacing), lidar = setup.edges, setup.sensing.lidar
     edge_team = setup.members[neighbors[:, 0]]
-    avoid = next((b for b in setup.behaviors if isinstance(b, AvoidObstacles)), None)
+    avoids = (behavior.avoidance(setup) for behavior in setup.behaviors)
+    avoid = next(filter(None, avoids), None)
     return {
         "bodies": world.bodies.names,
         "body_groups": world.bodies.groups,
@@ -94,10 +94,10 @@ def labels_of(scenario: Scenario, world: World) -> dict[str, Any]:
             "phases": ", ".join(
                 ["mission", *(phase.name or f"phase_{k}" for k, phase in enumerate(setup.phases, 1))]
             ),
-            "goal_reach": next((b.reach for b in setup.all_behaviors if isinstance(b, Headed)), 0.0),
+            "goal_reach": next(filter(None, (b.arrives_within for b in setup.all_behaviors)), 0.0),
             "safe_distance": avoid.safe_distance if avoid else 0.0,
-            "safe_distance_measure": avoid.measure if avoid else "none",
-            **_limits(scenario, avoid.distance_of_teammates(setup) if avoid else 0.0),
+            "safe_distance_measure": ("surface" if avoid.to_surface else "center") if avoid else "none",
+            **_limits(scenario, max(avoid.teammate_distance, avoid.heard_distance) if avoid else 0.0),
             "target_distance": (setup.outer.target_margin(setup) if avoid else 0.0) or None,
             "height": world.team.height if scenario.axes == 2 else 0.0,
             "exact_within": world.mission.exact_within if SEVERAL in world.sizes else None,

@@ -105,6 +105,17 @@ class TestBehaviors:
         assert change[0] in BEHAVIOR
         assert check in only_wrong(tmp_path, BEHAVIOR.replace(*change), check_behavior)
 
+    @pytest.mark.parametrize(("gain", "wrong"), [("self.gain", []), ("-self.gain", ["works"])])
+    def test_one_that_keeps_off_obstacles_meets_some(self, compiled, tmp_path, gain, wrong):
+        text = BEHAVIOR.replace("across, keep, unit_axis", "keep_distance, norm, only")
+        text = text.replace("height = r.q[-1] - r.target[-1]", "x = r.q - r.obstacle(0)")
+        text = text.replace(
+            "keep(height, self.height, unit_axis(r.q, -1), self.gain)",
+            f"only(norm(x) < self.height, keep_distance(x, self.height, {gain}))",
+        )
+        assert only_wrong(tmp_path, text, check_behavior) == wrong
+        assert "along" in rows(tmp_path, text, check_behavior)["keeps to its task"][1]
+
 
 class TestEstimators:
     def test_a_right_one(self, compiled, tmp_path):

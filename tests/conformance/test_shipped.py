@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from escort_mj.conformance import records
-from escort_mj.conformance.checking import CHECKS, Checks
+from escort_mj.conformance.checking import Checks, checks_of
 from escort_mj.conformance.missions import check_missions
 from escort_mj.conformance.repeats import check_calls
 from escort_mj.conformance.stand import CheckResult
@@ -57,10 +57,6 @@ EQUATED = [each for each in CHECKED if issubclass(each, CALLED)]
 def faults(member: type[Any], checks: Iterable[Checks]) -> list[CheckResult]:
     """What a component that ships does not hold of what a plugin's has to."""
     return [row for check in checks for row in check(member, Scenario) if not row.held]
-
-
-def checks_of(member: type[Any]) -> tuple[Checks, ...]:
-    return next(found for base, found in CHECKS.items() if issubclass(member, base))
 
 
 def name_of(member: type[Any]) -> str:

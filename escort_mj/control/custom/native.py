@@ -18,6 +18,7 @@ import numpy as np
 
 from escort_mj.components.component import layout_of
 from escort_mj.components.equations import NUMBER, Answer, Equations, kind_word
+from escort_mj.components.setup import MissionSetup
 from escort_mj.components.views import LawView
 from escort_mj.errors import CompilerMissingError, PluginError
 from escort_mj.native import artifacts, cache
@@ -71,15 +72,15 @@ _seen: dict[int, dict[int, Callable[..., Any]]] = {}  # by addresses of state an
 _failures: dict[int, PluginFailure] = {}  # by address of the state
 
 
-def block_of(own: Equations, axes: int) -> Array:
-    """The numbers of a law or behavior for the plan; what it runs is compiled or found.
+def block_of(own: Equations, setup: MissionSetup) -> Array:
+    """The numbers of a component for the plan; what it runs is compiled or found.
 
     Raises:
         CompilerMissingError: If it has to be compiled, and numba is not installed.
         PluginError: If it cannot be compiled.
     """
-    number = ready(type(own), axes)
-    block: Array = _slots[number].layout.pack({"p": axes}, own.packed())
+    number = ready(type(own), setup.axes)
+    block: Array = _slots[number].layout.pack({"p": setup.axes}, own.packed(setup))
     return block
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from escort_mj.behaviors import Headed
 from escort_mj.expectations.expectation import Expectation
 from escort_mj.expectations.outcome import OutcomeExpectation
 from escort_mj.monitor.signals import FLOOR, GROUPS, ROBOTS, TARGET
@@ -84,7 +83,7 @@ def check_told(mission: Mission) -> Iterator[Finding]:
     scenario = mission.scenario
     stacks = [scenario.mission.behaviors, *(phase.behaviors for phase in scenario.mission.supervisor)]
     there = {
-        GOALS: any(isinstance(behavior, Headed) for stack in stacks for behavior in stack),
+        GOALS: any(behavior.arrives_within for stack in stacks for behavior in stack),
         OPPONENTS: bool(scenario.opponents),
         BELIEFS: scenario.knowledge is not None or scenario.communication is not None,
         MESSAGES: scenario.communication is not None,

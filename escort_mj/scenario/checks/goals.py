@@ -8,7 +8,7 @@ from contextlib import suppress
 import numpy as np
 from numpy.typing import NDArray
 
-from escort_mj.behaviors import Formation, Goal, Headed
+from escort_mj.behaviors import Formation, Goal
 from escort_mj.behaviors.formation import ALONG
 from escort_mj.errors import ScenarioError
 from escort_mj.scenario.checks.mission import behaviors_of
@@ -92,7 +92,7 @@ def check_one_way(mission: Mission) -> Iterator[Finding]:
     """No stack sends robots to two places at once."""
     seen: dict[Path, str] = {}
     for path, behavior in behaviors_of(mission.scenario):
-        if isinstance(behavior, Headed):
+        if behavior.arrives_within:
             if path[:-1] in seen:
                 words = f"found {behavior.behavior} beside {seen[path[:-1]]}; each says where all robots go"
                 yield Finding(path, words)

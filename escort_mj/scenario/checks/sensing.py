@@ -68,10 +68,7 @@ def check_lidar(mission: Mission) -> Iterator[Finding]:
         if isinstance(behavior, Surface) and behavior.fit:
             words = "shrinks for the room around the target, which a lidar does not show; expected no fit"
             yield Finding((*place, "fit"), words, related=(path,))
-        if not isinstance(behavior, AvoidObstacles):
-            continue
-        least = AvoidObstacles.margin([behavior], scenario.robots.largest_radius)
-        if lidar.range < least:
+        if lidar.range < (least := behavior.keeps_off(scenario.robots.largest_radius)):
             yield Finding(
                 (*path, "range"),
                 f"found {lidar.range:g} m from the robot's center, less than the safe distance of "

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from escort_mj.behaviors import AvoidObstacles, Chords, Formation, Surface
+from escort_mj.behaviors import Chords, Formation, Surface
 from escort_mj.laws import LAWS
 from escort_mj.scenario.checks.mission import behaviors_of, laws_of
 from escort_mj.scenario.checks.motion import check_defined, check_order
@@ -197,11 +197,9 @@ def check_circles(mission: Mission) -> Iterator[Finding]:
 
 def _kept_off(scenario: Scenario, targets: Sequence[TeamTarget]) -> NDArray[np.float64]:
     """Return how far the centers of robots stay off those of targets, shape (targets,) [m]."""
-    avoids = [each for _, each in behaviors_of(scenario) if isinstance(each, AvoidObstacles)]
+    behaviors = [each for _, each in behaviors_of(scenario)]
     bodies = [target.radius + scenario.robots.largest_radius for target in targets]
-    return np.array(
-        [max([body, *(a.safe_distance + body * (a.measure == "surface") for a in avoids)]) for body in bodies]
-    )
+    return np.array([max([body, *(each.keeps_off(body) for each in behaviors)]) for body in bodies])
 
 
 def check_of_team(mission: Mission) -> Iterator[Finding]:
