@@ -8,11 +8,11 @@ from escort_mj.behaviors.behavior import Avoidance
 from escort_mj.behaviors.robots import Robots
 from escort_mj.native.kernels import inlined
 from escort_mj.native.lanes import Lanes, lane_numbers
-from escort_mj.native.values import maker_of
+from escort_mj.native.values import Computed, maker_of
 from escort_mj.native.vectors import Vec, one_row
 
 
-class Body:
+class Body(Computed):
     """A body as robots i to i + 7 find it.
 
     Attributes:
@@ -26,9 +26,6 @@ class Body:
     covered: Lanes
     safe: float
     counts: Any
-
-    def __init__(self, x: Vec, covered: Lanes, safe: float, counts: Any) -> None:
-        self.x, self.covered, self.safe, self.counts = x, covered, safe, counts
 
     @property
     def reach(self) -> Lanes:

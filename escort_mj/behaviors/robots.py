@@ -10,12 +10,12 @@ from escort_mj.components.teams import radius_rows
 from escort_mj.knowledge.belief import target_of, target_velocity_of
 from escort_mj.knowledge.teammates import Mate, mate_of, places_of
 from escort_mj.native.lanes import Lanes, greatest, lane_numbers, least, load, there, where
-from escort_mj.native.values import maker_of, names_of, unknown
+from escort_mj.native.values import Computed, maker_of
 from escort_mj.native.vectors import Vec, norm, one_row, rows_at, rows_from
 from escort_mj.plan import Plan, State
 
 
-class Robots:
+class Robots(Computed):
     """Robots i to i + 7, and what they know; SI units, world frame.
 
     Positions and velocities are vectors (`Vec`), all else is lanes or, where it is the same for all robots, a
@@ -25,12 +25,6 @@ class Robots:
     i: int
     plan: Plan
     state: State
-
-    def __init__(self, i: int, plan: Plan, state: State) -> None:
-        self.i, self.plan, self.state = i, plan, state
-
-    def __getattr__(self, name: str) -> Any:
-        raise AttributeError(unknown(name, names_of(type(self))))
 
     @property
     def there(self) -> Any:

@@ -14,6 +14,7 @@ class MissionParameters(Fields):
     timestep: Annotated[float, Value("s", "of physics and control")]
     seed: Annotated[int, Value("1", "key of the random streams")]
     radius: Annotated[float, Value("m", "distance to keep from the target")]
+    target_radius: Annotated[float, Value("m", "of the target; 0 without one")]
     max_speed: Annotated[float, Value("m/s", "largest reference speed; 1e300 for no limit")]
     target_feedforward: Annotated[
         bool, Value("1", "whether the target's velocity is added to the escort behaviors")
@@ -34,7 +35,8 @@ class MissionParameters(Fields):
             "robot_radius",
             "force_limit",
         )
-        return {name: getattr(setup, name) for name in names} | {"robots": setup.count}
+        given = {name: getattr(setup, name) for name in names}
+        return given | {"robots": setup.count, "target_radius": setup.target_radius or 0.0}
 
 
 class MissionSignals(Fields):

@@ -18,7 +18,7 @@ from escort_mj.estimators.belief import estimator_view
 from escort_mj.knowledge.auction import begin_auction, hear_bids
 from escort_mj.knowledge.belief import LEAST_VARIANCE, carry, target_shown, target_speed_shown
 from escort_mj.knowledge.links import NOBODY, radio_of
-from escort_mj.knowledge.sight import sight_target
+from escort_mj.knowledge.sight import sight_of, sight_target
 from escort_mj.native.fields import Fields, Value
 from escort_mj.native.kernels import inlined, inlined_once, reachable
 from escort_mj.native.lanes import WIDTH, everywhere, load, load_rows, row_of, set_row, stack_rows, store_rows
@@ -72,7 +72,7 @@ def know(plan: Plan, state: State) -> None:
             begin_radio(plan, state)
         if plan.auctioned:
             begin_auction(plan, state)
-    if step % plan.sight_every == 0:
+    if step % max(round(1.0 / (sight_of(plan).rate * plan.timestep)), 1) == 0:
         sight_target(plan, state)
         state.message[0] = -1.0
         for i in range(n):

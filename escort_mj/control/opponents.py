@@ -27,7 +27,6 @@ class OpponentParameters(Fields):
     opponent_capture: Annotated[Array, "opponents", Value("m", "gap to a robot that intercepts it")]
     opponent_reach: Annotated[Array, "opponents", Value("m", "gap to the target that it has reached")]
     mover_opponent: Annotated[Array, "movers", Value("1", "which opponent it is, from 0; -1 for none")]
-    target_size: Annotated[float, Value("m", "radius of the target")]
 
     @classmethod
     def packed(cls, setup: MissionSetup) -> dict[str, Any]:
@@ -41,7 +40,6 @@ class OpponentParameters(Fields):
             "opponent_capture": [group.capture_distance for group, _ in each],
             "opponent_reach": [group.reach_distance for group, _ in each],
             "mover_opponent": [places.index(mover) if mover in places else NOT_ONE for mover in movers],
-            "target_size": setup.target_radius or 0.0,
         }
 
 
@@ -74,7 +72,7 @@ def judge_opponents(plan: Plan, state: State) -> None:
             if gap <= plan.opponent_capture[o] and state.lost[i] == 0.0:
                 state.opponent_status[o], state.interceptor[o] = INTERCEPTED, i + 1.0
                 break
-        gap = _distance(state.target_position, here) - plan.target_size - size
+        gap = _distance(state.target_position, here) - plan.target_radius - size
         if plan.team_radius.shape[0] > 0:
             nearest = int(plan.target_obstacle[nearest_target(here, plan, state)])
             gap = _distance(state.obstacle_position[nearest], here) - plan.obstacle_radius[nearest] - size

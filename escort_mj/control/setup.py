@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 from escort_mj.behaviors import Behavior
@@ -12,7 +11,7 @@ from escort_mj.control.trigger import Trigger
 from escort_mj.disturbances import Disturbance
 from escort_mj.estimators import Estimator, Hold
 from escort_mj.failures import Failure
-from escort_mj.knowledge.sight import Sight
+from escort_mj.knowledge.sight import TargetSight
 from escort_mj.laws import Law
 from escort_mj.radios import Radio
 from escort_mj.sensing.sensors import Sensors
@@ -30,11 +29,16 @@ class Setup(MissionSetup):
     trigger: Trigger | None = None
     failures: tuple[Failure, ...] = ()
     sensing: Sensors = Sensors()
-    sight: Sight | None = None
+    sight: TargetSight | None = None
     radio: Radio | None = None
     estimator: Estimator = Hold()
 
     @property
+    def field_of_view(self) -> float | None:
+        """Opening angle of the cone in which robots see the target [rad]; None for all around."""
+        return None if self.sight is None else self.sight.field_of_view
+
+    @property
     def faces(self) -> bool:
         """Whether it matters which way robots look."""
-        return self.sensing.heading is not None or (self.sight is not None and self.sight.field < math.inf)
+        return self.sensing.heading is not None or self.field_of_view is not None

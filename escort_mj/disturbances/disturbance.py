@@ -11,7 +11,7 @@ from escort_mj.components.memory import RATE, keep_rate
 from escort_mj.native.fields import Array
 from escort_mj.native.lanes import WIDTH, Lanes, load
 from escort_mj.native.memory import layout_with, narrower
-from escort_mj.native.values import maker_of, names_of, unknown, with_own
+from escort_mj.native.values import Computed, maker_of, names_of, with_own
 from escort_mj.native.vectors import Vec, one_row, rows_at, set_rows
 
 
@@ -32,7 +32,7 @@ class DisturbanceView(NamedTuple):
     rate_found: Annotated[Array, "remembering", "p"]  # scratch
 
 
-class Robots:
+class Robots(Computed):
     """Eight robots as they are in truth; SI units, world frame. What they keep of its own, they have by name.
 
     Positions, velocities, noise and memory are vectors (`Vec`), radii a number for each robot.
@@ -40,12 +40,6 @@ class Robots:
 
     i: int
     seen: DisturbanceView
-
-    def __init__(self, i: int, seen: DisturbanceView) -> None:
-        self.i, self.seen = i, seen
-
-    def __getattr__(self, name: str) -> Any:
-        raise AttributeError(unknown(name, names_of(type(self))))
 
     @property
     def q(self) -> Vec:

@@ -15,7 +15,7 @@ from escort_mj.knowledge.sight import BEARING, POSITION, RANGE, VELOCITY
 from escort_mj.native.fields import Array
 from escort_mj.native.kernels import DOUBLE, inlined, stack_memory, vector_at
 from escort_mj.native.memory import layout_with, narrower
-from escort_mj.native.values import maker_of, names_of, unknown
+from escort_mj.native.values import Computed, maker_of
 from escort_mj.native.vectors import Vec, numbers_at, numbers_from, set_numbers
 
 
@@ -51,7 +51,7 @@ class EstimatorView(NamedTuple):
     belief_work: Annotated[Array, 2, "believed*believed"]  # scratch
 
 
-class Belief:
+class Belief(Computed):
     """What a robot believes of the target at a time; SI units, world frame."""
 
     x: Array
@@ -59,9 +59,6 @@ class Belief:
     time: float
     fix: float
     seen: EstimatorView
-
-    def __init__(self, x: Array, covariance: Array, time: float, fix: float, seen: EstimatorView) -> None:
-        self.x, self.covariance, self.time, self.fix, self.seen = x, covariance, time, fix, seen
 
     @property
     def position(self) -> Vec:
@@ -186,17 +183,11 @@ def corrected(
     return made
 
 
-class Witness:
+class Witness(Computed):
     """A robot that sees the target or hears a teammate, and what it believes; SI units, world frame."""
 
     i: int
     seen: EstimatorView
-
-    def __init__(self, i: int, seen: EstimatorView) -> None:
-        self.i, self.seen = i, seen
-
-    def __getattr__(self, name: str) -> Any:
-        raise AttributeError(unknown(name, names_of(type(self))))
 
     @property
     def q(self) -> Vec:

@@ -7,8 +7,13 @@ measurement has normal noise. Sometimes nothing comes of a look, and sometimes a
 from __future__ import annotations
 
 import math
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, Any, ClassVar, Literal
 
+from pydantic import Field, NonNegativeFloat, PositiveFloat
+
+from escort_mj.components.component import Component, Derived, block_at, reader
+from escort_mj.components.found import shipped
+from escort_mj.components.parameters import Parameters
 from escort_mj.components.rays import is_between, mate_between
 from escort_mj.components.setup import MissionSetup
 from escort_mj.knowledge.belief import target_shown, target_speed_shown
@@ -17,6 +22,7 @@ from escort_mj.native.kernels import inlined, stack_memory, vector_at
 from escort_mj.native.on_demand import on_demand
 from escort_mj.numerics.gaussian import SIGHT, fractions, normals
 from escort_mj.plan import Plan, State
+from escort_mj.radios.radio import Robots, Share
 
 MEASURES = ("position", "velocity", "range", "bearing")
 POSITION, VELOCITY, RANGE, BEARING = range(4)
@@ -24,81 +30,137 @@ NOT_MEASURED = -1.0
 NORMALS, OUTLIERS = 2, 64  # blocks of a stream where these begin
 
 
-class Sight(NamedTuple):
-    """How robots see the target.
+class SightNoise(Parameters):
+    """Standard deviations of the normally distributed errors with which robots measure the target."""
 
-    Attributes:
-        robots: Which of them can, shape (n,).
-        reach: How far, surface to surface [m].
-        every: Physics steps between two looks.
-        noise: Standard deviation of each of MEASURES [m, m/s, m, rad]; -1 for what is not measured.
-        dropout: Probability that nothing comes of a look.
-        outliers: Probability of an outlier.
-        outlier: Largest error of one, per axis [m].
-        opaque: Whether obstacles hide the target.
-        behind_mates: Whether teammates hide it.
-        field: Opening angle of the cone around a robot's heading in which it sees [rad]; inf for all around.
-    """
+    position: NonNegativeFloat = 0.0
+    """Standard deviation of the position, per axis [m]."""
+    velocity: NonNegativeFloat = 0.0
+    """Standard deviation of the velocity, per axis [m/s]."""
+    range: NonNegativeFloat = 0.0
+    """Standard deviation of the distance [m]."""
+    bearing: Annotated[float, Field(ge=0.0, le=0.5)] = 0.0
+    """Standard deviation of the direction [rad]."""
 
-    robots: tuple[bool, ...]
-    reach: float = math.inf
-    every: int = 1
-    noise: tuple[float, ...] = (0.0, 0.0, NOT_MEASURED, NOT_MEASURED)
-    dropout: float = 0.0
-    outliers: float = 0.0
-    outlier: float = 0.0
-    opaque: bool = False
-    behind_mates: bool = False
-    field: float = math.inf
+
+class Outliers(Parameters):
+    """Measurements that are wrong by more than the noise."""
+
+    share: Share
+    """Probability of an outlier [1]."""
+    size: PositiveFloat
+    """Largest additional error of the distance, and of the position per axis [m]."""
+
+
+class TargetSight(Component):
+    """How robots measure the target."""
+
+    python_only: ClassVar[frozenset[str]] = Component.python_only | {
+        "robots",
+        "field_of_view",
+        "measures",
+        "noise",
+        "outliers",
+    }
+
+    robots: Robots | None = None
+    """Robots, by number, that can see the target (with `teams`: all targets of their team); null: all
+    robots."""
+    range: PositiveFloat | None = None
+    """Distance up to which robots see the target, surface to surface [m]; null: any."""
+    field_of_view: Annotated[float, Field(gt=0.0, lt=2.0 * math.pi)] | None = None
+    """Opening angle of the cone around a robot's heading in which the robot sees the target [rad]; null: all
+    around."""
+    hidden: bool = False
+    """Whether obstacles and walls hide the target."""
+    hidden_by_teammates: bool = False
+    """Whether teammates hide the target."""
+    rate: PositiveFloat | None = None
+    """Looks per second [1/s], a whole number of physics steps apart; null: at every step."""
+    measures: Annotated[
+        tuple[Literal["position", "velocity", "range", "bearing"], ...], Field(min_length=1)
+    ] = (
+        "position",
+        "velocity",
+    )
+    """Measured quantities: `position` and `velocity` in the world frame, `range` and `bearing` from the
+    robot."""
+    noise: SightNoise = SightNoise()
+    """Normally distributed errors of the measurements, added to those of `sensing.target_position` and
+    `sensing.target_velocity`."""
+    dropout: Share = 0.0
+    """Probability that a look yields no measurement [1]."""
+    outliers: Outliers | None = None
+    """Measurements that are wrong by more than the noise; null: none."""
+
+    def deviation(self, quantity: str) -> float:
+        """Return the standard deviation of one of MEASURES [m, m/s, m, rad]; -1 for what is not measured."""
+        return float(getattr(self.noise, quantity)) if quantity in self.measures else NOT_MEASURED
+
+    position_deviation = Derived(lambda sight: sight.deviation("position"))
+    velocity_deviation = Derived(lambda sight: sight.deviation("velocity"))
+    range_deviation = Derived(lambda sight: sight.deviation("range"))
+    bearing_deviation = Derived(lambda sight: sight.deviation("bearing"))
+
+    @Derived
+    def outlier_share(self) -> float:
+        """Return the probability of an outlier."""
+        return self.outliers.share if self.outliers else 0.0
+
+    @Derived
+    def outlier_size(self) -> float:
+        """Return the largest error of one, per axis [m]."""
+        return self.outliers.size if self.outliers else 0.0
+
+    @Derived
+    def cosine(self) -> float:
+        """Return the least cosine of the angle between a robot's heading and its way to the target."""
+        return -1.0 if self.field_of_view is None else math.cos(0.5 * self.field_of_view)
 
 
 class SightParameters(Fields):
-    """How robots see the target."""
+    """Who sees the target; how, `TargetSight` says."""
 
     sight: Annotated[Array, "looking", Value("1", "1 for robots that can see it")]
-    sight_reach: Annotated[float, Value("m", "how far, surface to surface")]
-    sight_target: Annotated[float, Value("m", "the target's radius")]
-    sight_every: Annotated[int, Value("1", "physics steps between two looks")]
-    sight_noise: Annotated[
-        Array, 4, Value("m, m/s, m, rad", "standard deviations of MEASURES; -1 for what is not measured")
-    ]
+    sight_place: Annotated[int, Value("1", "where its block in `parameters` begins")]
     sight_variance: Annotated[
-        Array, 4, Value("m^2, m^2/s^2, m^2, rad^2", "of MEASURES, with the errors of `sensing`; -1 likewise")
+        Array,
+        4,
+        Value(
+            "m^2, m^2/s^2, m^2, rad^2",
+            "of MEASURES, with the errors of `sensing`; -1 for what is not measured",
+        ),
     ]
     way_variance: Annotated[
         float,
         Value("m^2", "of the way to the target, per axis; of a bearing, divided by the squared distance"),
     ]
-    sight_dropout: Annotated[float, Value("1", "probability that nothing comes of a look")]
-    sight_outliers: Annotated[float, Value("1", "probability of an outlier")]
-    sight_outlier: Annotated[float, Value("m", "largest error of one, per axis")]
-    sight_opaque: Annotated[bool, Value("1", "whether obstacles hide the target")]
-    sight_behind_mates: Annotated[bool, Value("1", "whether teammates hide it")]
-    sight_cosine: Annotated[float, Value("1", "least cosine of the angle between heading and way to it")]
 
     @classmethod
     def packed(cls, setup: MissionSetup) -> dict[str, Any]:
         """Return the values of the fields for a mission."""
-        sight = setup.sight or Sight(())
+        sight: TargetSight = setup.sight or TargetSight()
+        looking = range(1, setup.count + 1) if setup.informed else ()
         variance, of_way = variances(sight, setup)
         return {
-            "sight": [float(can) for can in sight.robots],
-            "sight_reach": sight.reach,
-            "sight_target": setup.target_radius or 0.0,
-            "sight_every": sight.every,
-            "sight_noise": sight.noise,
+            "sight_place": setup.sight or 0,
+            "sight": [sight.robots is None or robot in sight.robots for robot in looking],
             "sight_variance": variance,
             "way_variance": of_way,
-            "sight_dropout": sight.dropout,
-            "sight_outliers": sight.outliers,
-            "sight_outlier": sight.outlier,
-            "sight_opaque": sight.opaque,
-            "sight_behind_mates": sight.behind_mates,
-            "sight_cosine": math.cos(0.5 * min(sight.field, 2.0 * math.pi)),
         }
 
 
-def variances(sight: Sight, setup: MissionSetup) -> tuple[tuple[float, ...], float]:
+shipped.add(TargetSight)
+read_sight = reader(TargetSight)
+
+
+@inlined
+def sight_of(plan: Plan) -> Any:
+    """Return how robots see the target."""
+    return read_sight(block_at(plan.sight_place, plan), 0)
+
+
+def variances(sight: TargetSight, setup: MissionSetup) -> tuple[tuple[float, ...], float]:
     """Return the variances that an estimator expects, with the noise and rounding of `sensing`.
 
     Ranges and bearings are measured from where a robot is to where `sensing` shows the target, and evaluated
@@ -115,7 +177,7 @@ def variances(sight: Sight, setup: MissionSetup) -> tuple[tuple[float, ...], flo
     )
     found = tuple(
         NOT_MEASURED if noise < 0.0 else noise * noise + more
-        for noise, more in zip(sight.noise, (place, rate, own + place, 0.0), strict=True)
+        for noise, more in zip(map(sight.deviation, MEASURES), (place, rate, own + place, 0.0), strict=True)
     )
     return found, own + place
 
@@ -135,16 +197,16 @@ class SightState(Fields):
 @on_demand
 def sight_target(plan: Plan, state: State) -> None:
     """Measures the target for all robots that see it: `target_seen`, `seen_...`."""
-    step = int(state.step[0])
+    step, sight = int(state.step[0]), sight_of(plan)
     for i in range(plan.sight.shape[0]):
         state.target_seen[i] = 0.0
         if plan.sight[i] == 0.0 or state.lost[i] != 0.0 or not in_view(i, plan, state):
             continue
         missed, odd, _, _ = fractions(plan.seed, 1, SIGHT, i, step)
-        if missed < plan.sight_dropout:
+        if missed < sight.dropout:
             continue
         state.target_seen[i] = 1.0
-        _measure(i, odd < plan.sight_outliers, step, plan, state)
+        _measure(i, odd < sight.outlier_share, step, plan, state)
 
 
 @inlined
@@ -152,7 +214,7 @@ def in_view(i: int, plan: Plan, state: State) -> bool:
     """Whether a robot sees its target, with teams all of its targets: only then it knows their middle."""
     targets = plan.target_team.shape[0]
     for place in range(max(targets, 1)):
-        point, radius, j = state.target_position, plan.sight_target, -1
+        point, radius, j = state.target_position, plan.target_radius, -1
         if targets > 0:
             j = int(plan.target_obstacle[place])
             if state.obstacle_team[j] != state.member_of[i]:
@@ -175,44 +237,44 @@ def _sees(i: int, point: Array, radius: float, j: int, plan: Plan, state: State)
         plan: Gives the sight.
         state: Gives where everything is.
     """
-    p, square = state.q.shape[1], 0.0
+    p, square, sight = state.q.shape[1], 0.0, sight_of(plan)
     way = vector_at(stack_memory(), p)
     for k in range(p):
         way[k] = point[k] - state.q[i, k]
         square += way[k] * way[k]
-    if math.sqrt(square) - plan.robot_radius[i] - radius > plan.sight_reach:
+    if math.sqrt(square) - plan.robot_radius[i] - radius > sight.range:
         return False
     if state.heading.shape[0] > 0:
         ahead, length = 0.0, 0.0
         for k in range(p):
             ahead += way[k] * state.heading[i, k]
             length += state.heading[i, k] ** 2
-        if ahead < plan.sight_cosine * math.sqrt(square * length):
+        if ahead < sight.cosine * math.sqrt(square * length):
             return False
-    if plan.sight_opaque and is_between(state.q[i], way, j, plan, state):
+    if sight.hidden and is_between(state.q[i], way, j, plan, state):
         return False
-    return not (plan.sight_behind_mates and mate_between(i, state.q[i], way, plan, state))
+    return not (sight.hidden_by_teammates and mate_between(i, state.q[i], way, plan, state))
 
 
 @inlined
 def _measure(i: int, odd: bool, step: int, plan: Plan, state: State) -> None:
     """Measures the target for one robot."""
-    p, noise, square, aside = state.q.shape[1], plan.sight_noise, 0.0, 0.0
+    p, sight, square, aside = state.q.shape[1], sight_of(plan), 0.0, 0.0
     memory = stack_memory()
     drawn = vector_at(memory, 3 * p + 1)
     c, c_dot = target_shown(i, plan, state), target_speed_shown(i, plan, state)
     normals(3 * p + 1, plan.seed, NORMALS, SIGHT, i, step, drawn)
-    error = 2.0 * plan.sight_outlier if odd else 0.0
+    error = 2.0 * sight.outlier_size if odd else 0.0
     for k in range(p):
-        state.seen_position[i, k] = c[k] + noise[POSITION] * drawn[k]
-        state.seen_velocity[i, k] = c_dot[k] + noise[VELOCITY] * drawn[p + k]
+        state.seen_position[i, k] = c[k] + sight.position_deviation * drawn[k]
+        state.seen_velocity[i, k] = c_dot[k] + sight.velocity_deviation * drawn[p + k]
         if odd:
             amiss, _, _, _ = fractions(plan.seed, OUTLIERS + k, SIGHT, i, step)
             state.seen_position[i, k] += error * (amiss - 0.5)
         way = c[k] - state.q[i, k]
         square += way * way
     distance = math.sqrt(square)
-    state.seen_range[i] = distance + noise[RANGE] * drawn[3 * p]
+    state.seen_range[i] = distance + sight.range_deviation * drawn[3 * p]
     if odd:
         amiss, _, _, _ = fractions(plan.seed, OUTLIERS + p, SIGHT, i, step)
         state.seen_range[i] += error * (amiss - 0.5)
@@ -223,7 +285,7 @@ def _measure(i: int, odd: bool, step: int, plan: Plan, state: State) -> None:
     length = 0.0
     for k in range(p):
         way = state.seen_bearing[i, k]
-        state.seen_bearing[i, k] += noise[BEARING] * (drawn[2 * p + k] - aside * way)
+        state.seen_bearing[i, k] += sight.bearing_deviation * (drawn[2 * p + k] - aside * way)
         length += state.seen_bearing[i, k] ** 2
     for k in range(p):
         state.seen_bearing[i, k] /= math.sqrt(max(length, 1e-300))

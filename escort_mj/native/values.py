@@ -136,13 +136,23 @@ computed: list[tuple[Callable[..., Any], type, tuple[str, ...]]] = []
 """Functions that make values of a class, the class, and its parts."""
 
 
-def maker_of(kind: type) -> Callable[..., Any]:
+class Computed:
+    """Values of annotated parts, and what properties compute of them: what equations are handed."""
+
+    def __init__(self, *parts: Any) -> None:
+        vars(self).update(zip(type(self).__annotations__, parts, strict=True))
+
+    def __getattr__(self, name: str) -> Any:
+        raise AttributeError(unknown(name, names_of(type(self))))
+
+
+def maker_of(kind: type[Computed]) -> Callable[..., Any]:
     """Return a function that makes values of a class, in kernels too, of its annotated parts in their order.
 
     There, properties and methods of the class are compiled as kernels are.
 
     Args:
-        kind: Its `__init__` keeps the parts under their names, and does nothing else.
+        kind: The class.
     """
 
     def make(*parts: Any) -> Any:

@@ -7,7 +7,7 @@ from typing import Annotated, Any, NamedTuple
 from escort_mj.native.fields import Array
 from escort_mj.native.kernels import inlined
 from escort_mj.native.memory import layout_with, narrower
-from escort_mj.native.values import maker_of, names_of, unknown
+from escort_mj.native.values import Computed, maker_of
 from escort_mj.native.vectors import Vec, dot, numbers_at, numbers_from, of_numbers
 from escort_mj.numerics.gaussian import POLICY, fractions
 
@@ -37,7 +37,7 @@ class PolicyView(NamedTuple):
     mover_wish: Annotated[Array, "movers", "p"]  # written: the velocity that it wants [m/s]
 
 
-class Body:
+class Body(Computed):
     """A body with a policy, and what it sees, all of it true and at once; SI units, world frame.
 
     What the policy keeps of its own, it has by name.
@@ -45,12 +45,6 @@ class Body:
 
     b: int
     seen: PolicyView
-
-    def __init__(self, b: int, seen: PolicyView) -> None:
-        self.b, self.seen = b, seen
-
-    def __getattr__(self, name: str) -> Any:
-        raise AttributeError(unknown(name, names_of(type(self))))
 
     @property
     def q(self) -> Vec:

@@ -31,7 +31,7 @@ from escort_mj.scenario.geometry.trajectory import (
     trajectory,
 )
 from escort_mj.scenario.schema.expressions import Expression
-from escort_mj.scenario.schema.knowledge import DERIVATIVES, Knowledge, sight_of
+from escort_mj.scenario.schema.knowledge import DERIVATIVES, Knowledge
 from escort_mj.scenario.schema.obstacle_tables import Drive, Motion
 from escort_mj.scenario.schema.scenario import Scenario
 from escort_mj.scenario.schema.sensing import sensors
@@ -75,7 +75,7 @@ def controller_setup(
         target_radius=scenario.target.radius if scenario.target is not None else None,
         sensing=sensors(scenario.sensing),
         target=target,
-        **_knowledge(scenario, len(robots.mass)),
+        **_knowledge(scenario),
         disturbance=disturbance_trajectory(scenario),
         disturbances=tuple(each for each in scenario.uncertainty.disturbances if not each.of_time),
         failures=scenario.robots.failures,
@@ -103,14 +103,14 @@ def with_formation(setup: Setup, scenario: Scenario, robots: Placement) -> Setup
     )
 
 
-def _knowledge(scenario: Scenario, count: int) -> dict[str, Any]:
+def _knowledge(scenario: Scenario) -> dict[str, Any]:
     """Return what robots see, hear and make of it, where they know no more than that."""
     knowledge, communication = scenario.knowledge, scenario.communication
     if knowledge is None and communication is None:
         return {}
-    knowledge, timestep = knowledge or Knowledge(), scenario.physics.timestep
+    knowledge = knowledge or Knowledge()
     return {
-        "sight": sight_of(knowledge, timestep, count),
+        "sight": knowledge.target,
         "radio": communication,
         "estimator": knowledge.estimator,
         "start_deviation": tuple(getattr(knowledge.initial, name) for name in DERIVATIVES),

@@ -187,7 +187,7 @@ class Controller:
         setup = replace(self._mission, start=start).setup
         paths = [(mover.obstacle, mover.path) for mover in setup.movers if mover.obstacle >= 0]
         setup = replace(setup, movers=())
-        if self._options["simulate"] and setup.sight is not None and setup.sight.field < math.inf:
+        if self._options["simulate"] and setup.field_of_view is not None:
             raise UsageError(
                 "simulate: the scenario has knowledge.target.field_of_view, and a controller is not given "
                 "headings; expected simulate=False, or a scenario without it"

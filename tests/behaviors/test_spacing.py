@@ -10,7 +10,7 @@ from escort_mj.behaviors import Repulsion, Surface
 from escort_mj.behaviors.connect import Connect
 from escort_mj.behaviors.spacing import Spacing
 from escort_mj.control.outer_loops import SetBased
-from escort_mj.knowledge.sight import Sight
+from escort_mj.knowledge.sight import SightNoise, TargetSight
 from escort_mj.measuring import measure
 from escort_mj.radios import Periodic
 from escort_mj.radios.radio import Loss, Nearest
@@ -24,7 +24,7 @@ STACKS = [
     (Connect(distance=3.0), Spacing(gain=0.5), Surface()),
 ]
 NEAR = {"behavior": "avoid_obstacles", "safe_distance": 0.8}
-SEEN = Sight((True,) * 6, noise=(0.05, 0.1, -1.0, -1.0))
+SEEN = TargetSight(noise=SightNoise(position=0.05, velocity=0.1))
 NEAREST = Periodic(
     graph=Nearest(nearest=3), rate=250.0, delay=(0.0, 0.006), loss=Loss(mean=0.375, burst=2.0), timeout=0.02
 )

@@ -11,15 +11,12 @@ from escort_mj.control.setup import Setup
 from escort_mj.control.trigger import Trigger
 from escort_mj.estimators import ESTIMATORS, CovarianceIntersection, Kalman
 from escort_mj.failures.motors import Dead
-from escort_mj.knowledge.sight import Sight
+from escort_mj.knowledge.sight import MEASURES, Outliers, SightNoise, TargetSight
 from escort_mj.radios import Periodic
 from escort_mj.radios.radio import Blackout, Loss, Nearest
 from escort_mj.sensing.sensors import Sensors
 from escort_mj.sensors import Plain
 from tests.control.twins import AVOID, REPULSION, SURFACE, VERTICES, compare, mission
-
-ALL = (True,) * 6
-
 
 CHAIN = Loss(mean=0.375, burst=2.0)  # a link fails with 0.3 and recovers with 0.5
 RADIOS = {
@@ -32,14 +29,15 @@ RADIOS = {
         timeout=None, blackouts=(Blackout(after=0.004, before=0.01, groups=((1, 2, 3), (4, 5, 6))),)
     ),
 }
+BAD = SightNoise(position=0.05, velocity=0.1, range=0.02, bearing=0.01)
 SIGHTS = {
-    "everybody": Sight(ALL, noise=(0.05, 0.1, -1.0, -1.0)),
-    "some, badly": Sight(
-        (True, False, True, False, False, True), every=2, noise=(0.05, 0.1, 0.02, 0.01), dropout=0.3,
-        outliers=0.3, outlier=2.0, reach=6.0, opaque=True,
+    "everybody": TargetSight(noise=SightNoise(position=0.05, velocity=0.1)),
+    "some, badly": TargetSight(
+        robots=(1, 3, 6), rate=250.0, measures=MEASURES, noise=BAD, dropout=0.3,
+        outliers=Outliers(share=0.3, size=2.0), range=6.0, hidden=True,
     ),
-    "ranges": Sight((True, False, True, True, False, True), noise=(-1.0, -1.0, 0.05, -1.0)),
-    "bearings": Sight(ALL, noise=(-1.0, -1.0, -1.0, 0.02)),
+    "ranges": TargetSight(robots=(1, 3, 4, 6), measures=("range",), noise=SightNoise(range=0.05)),
+    "bearings": TargetSight(measures=("bearing",), noise=SightNoise(bearing=0.02)),
 }  # fmt: skip
 
 

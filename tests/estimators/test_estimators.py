@@ -15,7 +15,7 @@ from escort_mj.estimators import ESTIMATORS, Consensus, CovarianceIntersection, 
 from escort_mj.estimators.belief import EstimatorView
 from escort_mj.estimators.matrices import invert, mix
 from escort_mj.knowledge.belief import carry
-from escort_mj.knowledge.sight import Sight
+from escort_mj.knowledge.sight import SightNoise, TargetSight
 from escort_mj.scenario.mission import Mission
 from escort_mj.sensing.sensors import Sensors
 from escort_mj.sensors import Plain
@@ -27,7 +27,7 @@ Array = NDArray[np.float64]
 
 STEP, LOOKS, DENSITY, FIRST = 0.02, 5, 0.02, (0.3, 0.1)  # [s], steps between looks, [m/s^1.5], [m, m/s]
 SEEDS, DURATION, SETTLED = 50, 12.0, 6.0
-NOISE = {"range": (-1.0, -1.0, 0.05, -1.0), "bearing": (-1.0, -1.0, -1.0, 0.01)}
+NOISE = {"range": 0.05, "bearing": 0.01}
 
 
 @cache
@@ -60,7 +60,8 @@ def flown(measure: str, sensing: Sensors) -> tuple[Array, Array, Array]:
     errors, covariances, states = [], [], []
     for seed in range(SEEDS):
         setup, truth = wandering(seed)
-        sight = Sight((True,) * 3, every=LOOKS, noise=NOISE[measure])
+        noise = SightNoise(**{measure: NOISE[measure]})
+        sight = TargetSight(rate=1.0 / (LOOKS * STEP), measures=(measure,), noise=noise)
         setup = replace(
             setup,
             sensing=sensing,
@@ -99,7 +100,7 @@ def bound(measure: str, variance: float, states: Array) -> Array:
             distance = np.linalg.norm(way, axis=1, keepdims=True)
             along, across = way / distance, np.stack([-way[:, 1], way[:, 0]], axis=1) / distance**2
             row, scale = (along, 1.0) if measure == "range" else (across, distance)
-            error = NOISE[measure][2 if measure == "range" else 3] ** 2 + variance / scale**2
+            error = NOISE[measure] ** 2 + variance / scale**2
             information[robot, :2, :2] += np.einsum("sa,sb->ab", row, row / error) / len(row)
         found.append([np.sqrt(np.trace(np.linalg.inv(each)[:2, :2])) for each in information])
     return np.array(found)

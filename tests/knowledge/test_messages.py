@@ -9,7 +9,7 @@ import pytest
 from escort_mj.behaviors import Surface
 from escort_mj.control.setup import Setup
 from escort_mj.estimators import Predict
-from escort_mj.knowledge.sight import Sight
+from escort_mj.knowledge.sight import TargetSight
 from escort_mj.memory.layout import State
 from escort_mj.radios import Periodic, Radio
 from escort_mj.sensing.sensors import Sensors
@@ -24,10 +24,11 @@ def told(**keys: Any) -> Radio:
     return Periodic(**keys)
 
 
-def listening(radio: Radio, seers: tuple[bool, ...] = (True, False, False, False)) -> Setup:
+def listening(radio: Radio) -> Setup:
     setup, _, _ = mission(2, 5, count=4, obstacles=0)
+    sight = TargetSight(robots=(1,))
     return replace(
-        setup, behaviors=(Surface(),), sensing=Sensors(), radio=radio, sight=Sight(seers), estimator=Predict()
+        setup, behaviors=(Surface(),), sensing=Sensors(), radio=radio, sight=sight, estimator=Predict()
     )
 
 

@@ -45,7 +45,7 @@ def test_kernel_and_twin_see_and_hear_the_same(axes: int) -> None:
     rng, seen, heard = np.random.default_rng(axes), [], []
     setup = among_shapes(axes)
     assert setup.sight is not None
-    setup = replace(setup, sight=setup.sight._replace(field=3.5))
+    setup = replace(setup, sight=setup.sight.model_copy(update={"field_of_view": 3.5}))
     kernel, twin = Kernel(setup), ReferenceController(setup, stride=1)
     q, v = rng.normal(scale=14.0 / axes**1.5, size=(COUNT, axes)), np.zeros((COUNT, axes))
     twin.reset(q)

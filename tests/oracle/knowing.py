@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from escort_mj.control.setup import Setup
 from escort_mj.estimators.belief import EstimatorView
 from escort_mj.knowledge.belief import LEAST_VARIANCE, MADE
-from escort_mj.knowledge.sight import Sight, variances
+from escort_mj.knowledge.sight import TargetSight, variances
 from escort_mj.native.fields import declared
 from escort_mj.native.memory import shape_of
 from escort_mj.numerics.gaussian import START
@@ -25,13 +25,18 @@ Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 
+def looks_apart(sight: TargetSight, timestep: float) -> int:
+    """Return how many steps of so many seconds are between two looks."""
+    return 1 if sight.rate is None else max(round(1.0 / (sight.rate * timestep)), 1)
+
+
 class Minds:
     """What each robot of a team knows."""
 
     def __init__(self, setup: Setup) -> None:
         self._setup, self._new = setup, True
         self.mail = Mail(setup) if setup.radio is not None else None
-        variance, of_way = variances(setup.sight or Sight(()), setup)
+        variance, of_way = variances(setup.sight or TargetSight(), setup)
         blank = blank_view(setup.count, setup.axes, setup.estimator.orders * setup.axes)
         self.view = blank._replace(
             timestep=setup.timestep, way_variance=of_way, sight_variance=np.array(variance)
@@ -75,7 +80,7 @@ class Minds:
             for i in np.flatnonzero(teams.told).tolist():
                 believe(self._told(i, t, step, c[i], c_dot[i]), view, i)
         self._new = False
-        if setup.sight is not None and step % setup.sight.every == 0:
+        if setup.sight is not None and step % looks_apart(setup.sight, setup.timestep) == 0:
             for i in range(setup.count):
                 targets = [SightedBody(target, setup.target_radius or 0.0)]
                 if teams is not None:

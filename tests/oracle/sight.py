@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.control.setup import Setup
-from escort_mj.knowledge.sight import BEARING, NORMALS, OUTLIERS, POSITION, RANGE, VELOCITY
+from escort_mj.knowledge.sight import NORMALS, OUTLIERS
 from escort_mj.numerics.gaussian import SIGHT
 from tests.oracle.noise import normal, uniforms
 from tests.oracle.rays import hidden
@@ -51,7 +51,9 @@ def look(
         setup: Gives the sight.
     """
     sight, p = setup.sight, setup.axes
-    if sight is None or not sight.robots[i] or not all(_visible(i, team, each, setup) for each in targets):
+    if sight is None or (sight.robots is not None and i + 1 not in sight.robots):
+        return None
+    if not all(_visible(i, team, each, setup) for each in targets):
         return None
     q = team[0][i]
     missed, odd = uniforms(2, setup.seed, SIGHT, i, step)
@@ -59,18 +61,18 @@ def look(
         return None
     drawn = normal(3 * p + 1, setup.seed, SIGHT, i, step, NORMALS)
     errors = np.zeros(p + 1)
-    if odd < sight.outliers:
+    if sight.outliers is not None and odd < sight.outliers.share:
         draws = [uniforms(1, setup.seed, SIGHT, i, step, OUTLIERS + k)[0] for k in range(p + 1)]
-        errors = 2.0 * sight.outlier * (np.array(draws) - 0.5)
+        errors = 2.0 * sight.outliers.size * (np.array(draws) - 0.5)
     way = shown[0] - q
     distance = float(np.linalg.norm(way))
     unit = way / max(distance, 1e-300)
     g = drawn[2 * p : 3 * p]
-    bearing = unit + sight.noise[BEARING] * (g - unit * (unit @ g))
+    bearing = unit + sight.noise.bearing * (g - unit * (unit @ g))
     return Sighting(
-        shown[0] + sight.noise[POSITION] * drawn[:p] + errors[:p],
-        shown[1] + sight.noise[VELOCITY] * drawn[p : 2 * p],
-        distance + sight.noise[RANGE] * drawn[3 * p] + errors[p],
+        shown[0] + sight.noise.position * drawn[:p] + errors[:p],
+        shown[1] + sight.noise.velocity * drawn[p : 2 * p],
+        distance + sight.noise.range * drawn[3 * p] + errors[p],
         bearing / max(float(np.linalg.norm(bearing)), 1e-150),
     )
 
@@ -80,19 +82,20 @@ def _visible(i: int, team: tuple[Array, Array | None], target: SightedBody, setu
     sight, (robots, headings) = setup.sight, team
     assert sight is not None
     way = target.position - robots[i]
-    if np.linalg.norm(way) - setup.robot_radius[i] - target.radius > sight.reach:
+    gap = np.linalg.norm(way) - setup.robot_radius[i] - target.radius
+    if sight.range is not None and gap > sight.range:
         return False
-    if sight.opaque and hidden(robots[i], way, setup, but=target.obstacle):
+    if sight.hidden and hidden(robots[i], way, setup, but=target.obstacle):
         return False
-    if sight.behind_mates:
+    if sight.hidden_by_teammates:
         mates = np.arange(setup.count) != i
         if hidden(robots[i], way, setup, (robots[mates], setup.robot_radius[mates])):
             return False
-    if headings is None:
+    if headings is None or sight.field_of_view is None:
         return True
     lengths = np.linalg.norm(way) * np.linalg.norm(headings[i])
     angle = np.arccos(np.clip(way @ headings[i] / max(lengths, 1e-300), -1.0, 1.0))
-    return bool(angle <= 0.5 * sight.field)
+    return bool(angle <= 0.5 * sight.field_of_view)
 
 
 class Sighting(NamedTuple):

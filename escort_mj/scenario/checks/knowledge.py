@@ -7,12 +7,13 @@ from collections.abc import Iterator, Sequence
 
 from escort_mj.behaviors import AvoidObstacles, Chords, Formation, Surface, Vertices
 from escort_mj.behaviors.avoid_obstacles import HEARD
+from escort_mj.knowledge.sight import TargetSight
 from escort_mj.radios.radio import Edges, Loss, Nearest
 from escort_mj.scenario.checks.mission import behaviors_of
 from escort_mj.scenario.findings import Finding, Path, key_path, listed
 from escort_mj.scenario.geometry.placement import kinds_of, robot_count
 from escort_mj.scenario.mission import Mission
-from escort_mj.scenario.schema.knowledge import Knowledge, TargetSight
+from escort_mj.scenario.schema.knowledge import Knowledge
 from escort_mj.scenario.schema.scenario import Scenario
 
 MOST_ON_THEIR_WAY = 1000  # messages of one robot
