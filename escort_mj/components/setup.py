@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import accumulate, pairwise
 from typing import Any, Literal, NamedTuple, Protocol, Self, TypeVar
 
 import numpy as np
@@ -80,34 +81,6 @@ class Shape(NamedTuple):
     planes: Array
 
 
-class EscortTeam(NamedTuple):
-    """Robots that escort targets together.
-
-    Attributes:
-        name: As the scenario has it.
-        robots: Its members at the start, from 0.
-        targets: Which obstacles its targets at the start are, from 0.
-        radius: Distance to keep from the middle of its targets at the start [m].
-        demand: From when on how many robots it needs, in order of time [s].
-        escorts: From when on [s] which of these targets, as an obstacle, has which team, from 0, -1 for none;
-            those of a target in order of time.
-        radii: From when on [s] it keeps which other distance [m], in order of time.
-    """
-
-    name: str
-    robots: tuple[int, ...]
-    targets: tuple[int, ...]
-    radius: float
-    demand: tuple[tuple[float, int], ...] = ()
-    escorts: tuple[tuple[float, int, int], ...] = ()
-    radii: tuple[tuple[float, float], ...] = ()
-
-    @property
-    def all_radii(self) -> list[float]:
-        """All distances that it keeps at any time [m]."""
-        return [self.radius, *(radius for _, radius in self.radii)]
-
-
 class Frame(NamedTuple):
     """The frame of a formation.
 
@@ -158,7 +131,8 @@ class MissionSetup:
         sensing: What sensors make of the truth.
         movers: Obstacles that move, and a target that can be bumped.
         opponents: Tables of those of the obstacles that want to reach the target; they come last.
-        teams: Robots with targets of their own, which are obstacles; empty where all escort the target.
+        teams: Tables of robots with targets of their own, which are the last obstacles before opponents;
+            empty where all escort the target.
         shaped: Whether some obstacle is no sphere: robots then see the nearest points.
         expected_distances: Distances to obstacles that expectations put bounds on [m].
         shapes: Obstacles as lines meet them; empty where none has to, or all are spheres.
@@ -203,7 +177,7 @@ class MissionSetup:
     sensing: Any
     movers: tuple[Mover, ...] = ()
     opponents: tuple[Any, ...] = ()
-    teams: tuple[EscortTeam, ...] = ()
+    teams: tuple[Any, ...] = ()
     shaped: bool = False
     shapes: tuple[Shape, ...] = ()
     expected_distances: tuple[float, ...] = ()
@@ -232,6 +206,17 @@ class MissionSetup:
         return range(end - sum(group.count for group in self.opponents), end)
 
     @property
+    def target_places(self) -> list[range]:
+        """Which obstacles the targets of each team are at the start, from 0."""
+        counts = [len(team.targets) for team in self.teams]
+        ends = accumulate(counts, initial=self.opponent_places.start - sum(counts))
+        return [range(*pair) for pair in pairwise(ends)]
+
+    def radii_of(self, team: Any) -> list[float]:
+        """Return all distances that a team keeps at any time, first that at the start [m]."""
+        return [team.radius or self.radius, *(each.radius for each in team.radii)]
+
+    @property
     def auctioned(self) -> bool:
         """Whether robots bid for their vertices."""
         return any(behavior.bids for behavior in self.all_behaviors)
@@ -246,7 +231,7 @@ class MissionSetup:
         """Team of each robot at the start, from 0, shape (n,); 0 where all are one."""
         found = np.zeros(self.count, dtype=np.int64)
         for number, team in enumerate(self.teams):
-            found[[*team.robots]] = number
+            found[[robot - 1 for robot in team.robots]] = number
         return found
 
     @property

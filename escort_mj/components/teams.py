@@ -37,26 +37,26 @@ class TeamParameters(Fields):
     def packed(cls, setup: MissionSetup) -> dict[str, Any]:
         """Return the values of the fields for a mission."""
         numbered = [*enumerate(setup.teams, 1)]
-        demands = [(number, *demand) for number, team in numbered for demand in team.demand]
-        circles = [(number, *circle) for number, team in numbered for circle in team.radii]
+        numbers = {team.name: number for number, team in numbered}
+        demands = [(number, each) for number, team in numbered for each in team.demand]
+        circles = [(number, each) for number, team in numbered for each in team.radii]
         targets = [(number, target) for number, team in numbered for target in team.targets]
-        places = {target: place for place, (_, target) in enumerate(targets)}
-        escorts = [escort for team in setup.teams for escort in team.escorts]
+        escorts = [(place, each) for place, (_, target) in enumerate(targets) for each in target.escorted_by]
         return {
             "apart": setup.apart,
-            "team_radius": [team.radius for team in setup.teams],
+            "team_radius": [setup.radii_of(team)[0] for team in setup.teams],
             "team_start": [*setup.members + 1] if setup.teams else [],
             "target_team": [number for number, _ in targets],
-            "target_obstacle": [target for _, target in targets],
-            "demand_team": [number for number, _, _ in demands],
-            "demand_after": [after for _, after, _ in demands],
-            "demand_robots": [robots for _, _, robots in demands],
-            "circle_team": [number for number, _, _ in circles],
-            "circle_after": [after for _, after, _ in circles],
-            "circle_radius": [radius for _, _, radius in circles],
-            "escort_target": [places[target] for _, target, _ in escorts],
-            "escort_after": [after for after, _, _ in escorts],
-            "escort_team": [team + 1 for _, _, team in escorts],
+            "target_obstacle": [place for places in setup.target_places for place in places],
+            "demand_team": [number for number, _ in demands],
+            "demand_after": [each.after for _, each in demands],
+            "demand_robots": [each.robots for _, each in demands],
+            "circle_team": [number for number, _ in circles],
+            "circle_after": [each.after for _, each in circles],
+            "circle_radius": [each.radius for _, each in circles],
+            "escort_target": [place for place, _ in escorts],
+            "escort_after": [each.after for _, each in escorts],
+            "escort_team": [numbers.get(each.team, 0) for _, each in escorts],
         }
 
 

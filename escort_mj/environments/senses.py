@@ -102,7 +102,7 @@ class Senses:
         self._mates = min(self.robots - 1, TEAMMATES)
         self._opposed = bool(world.setup.opponents)
         self.width = (4 + self._mates + 2 * self._opposed) * self.axes
-        radii = [radius for team in world.setup.teams for radius in team.all_radii]
+        radii = [radius for team in world.setup.teams for radius in world.setup.radii_of(team)]
         self._least_radius = min(radii or [world.setup.radius])
         self._speed = world.setup.max_speed if np.isfinite(world.setup.max_speed) else SPEED
         n, sizes = self.robots, self._sizes
@@ -228,5 +228,5 @@ def even_spacings(setup: Setup) -> Array | None:
     for row, team in zip(found, setup.teams, strict=False):
         for robots in range(1, n + 1) if setup.reforming else [len(team.robots)]:
             lengths = nearest_edges(even_points(robots, setup.axes))[1]
-            row[robots - 1] = team.radius * lengths.min(initial=np.inf)
+            row[robots - 1] = setup.radii_of(team)[0] * lengths.min(initial=np.inf)
     return found

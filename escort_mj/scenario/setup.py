@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from escort_mj.behaviors import Behavior, Chords, Formation, Surface, Vertices
 from escort_mj.behaviors.formation import ALONG
 from escort_mj.components.rays import KINDS
-from escort_mj.components.setup import EscortTeam, Frame, FunctionOfTime, Mover, Shape
+from escort_mj.components.setup import Frame, FunctionOfTime, Mover, Shape
 from escort_mj.control.setup import Setup
 from escort_mj.numerics.formation import Arrangement, arrange
 from escort_mj.numerics.reform import Reforming, reforming
@@ -83,7 +83,7 @@ def controller_setup(
         trigger=scenario.mission.trigger,
         movers=_movers(scenario, obstacles),
         opponents=scenario.opponents,
-        teams=_teams(scenario, obstacles),
+        teams=scenario.teams,
         driven=any(kind.driven for kind in robots.kind),
         shaped=any(not body.is_sphere for body in obstacles),
         extents=_extents(scenario.axes, obstacles),
@@ -172,32 +172,6 @@ def _movers(scenario: Scenario, obstacles: Sequence[Body]) -> tuple[Mover, ...]:
         )
         for motion, drive, index, policy in driven
     )
-
-
-def _teams(scenario: Scenario, obstacles: Sequence[Body]) -> tuple[EscortTeam, ...]:
-    """Who escorts what; targets of teams are obstacles, the last ones before opponents."""
-    end = len(obstacles) - sum(group.count for group in scenario.opponents)
-    places = iter(range(end - sum(len(team.targets) for team in scenario.teams), end))
-    numbers = {team.name: number for number, team in enumerate(scenario.teams)}
-    found = []
-    for one in scenario.teams:
-        targets = [(next(places), target) for target in one.targets]
-        found.append(
-            EscortTeam(
-                one.name,
-                tuple(robot - 1 for robot in one.robots),
-                tuple(place for place, _ in targets),
-                one.radius or scenario.mission.radius,
-                tuple((demand.after, demand.robots) for demand in one.demand),
-                tuple(
-                    (each.after, place, -1 if each.team is None else numbers[each.team])
-                    for place, target in targets
-                    for each in target.escorted_by
-                ),
-                tuple((each.after, each.radius) for each in one.radii),
-            )
-        )
-    return tuple(found)
 
 
 def _formations(scenario: Scenario) -> tuple[Frame, ...]:

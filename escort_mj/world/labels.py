@@ -11,7 +11,6 @@ import mujoco
 import numpy as np
 
 from escort_mj.components.movers import kept_by
-from escort_mj.control.setup import Setup
 from escort_mj.native.levels import level
 from escort_mj.native.shipped import numba_version
 from escort_mj.record.revision import git_revision
@@ -69,8 +68,10 @@ def labels_of(scenario: Scenario, world: World) -> dict[str, Any]:
         "force_limit": setup.force_limit.tolist(),
         "neighbors": (neighbors + 1).tolist(),
         "spacing": spacing.tolist(),
-        **_teams(setup),
-        "edge_radius": [setup.teams[team].radius if setup.teams else setup.radius for team in edge_team],
+        "teams": [team.name for team in setup.teams],
+        "edge_radius": [
+            setup.radii_of(setup.teams[team])[0] if setup.teams else setup.radius for team in edge_team
+        ],
         "edge_team": [int(team) + 1 for team in edge_team] if setup.teams else [],
         "watches": [watch.label for watch in world.mission.watches],
         "memories": [*memories],
@@ -110,13 +111,6 @@ def labels_of(scenario: Scenario, world: World) -> dict[str, Any]:
             **{f"version_plugin_{each.name}": each.identity for each in catalog_of(scenario).plugins},
             "version_git_revision": git_revision(),
         },
-    }
-
-
-def _teams(setup: Setup) -> dict[str, list[Any]]:
-    """Names of teams."""
-    return {
-        "teams": [team.name for team in setup.teams],
     }
 
 

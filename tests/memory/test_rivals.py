@@ -20,7 +20,7 @@ def test_machine_code_and_numpy_perceive_the_same(name: str) -> None:
     rivals, state, setup = simulation.rivals, simulation.plant.state, simulation.world.setup
     assert rivals is not None
     view = policy_view(state)
-    places = [j for team in setup.teams for j in team.targets]
+    places = [j for places in setup.target_places for j in places]
     before, chosen = np.zeros(rivals.count), set()
     for _ in range(20):
         coming = rivals.comes

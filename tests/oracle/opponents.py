@@ -41,7 +41,7 @@ class Watch:
         """Let opponents come, be intercepted, and reach the target."""
         targets = [(target, setup.target_radius or 0.0)]
         if setup.teams:
-            quarries = [j for each in targets_at(setup.teams, t + 0.5 * setup.timestep) for j in each]
+            quarries = [j for each in targets_at(setup, t + 0.5 * setup.timestep) for j in each]
             targets = [(setup.obstacle_position[j], setup.obstacle_radius[j]) for j in quarries]
         rules = [(group, number) for group in setup.opponents for number in range(group.count)]
         for o, (j, (group, number)) in enumerate(zip(setup.opponent_places, rules, strict=True)):

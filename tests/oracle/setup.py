@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from escort_mj.components.setup import EscortTeam
 from escort_mj.control.setup import Setup
 
 Array = NDArray[np.float64]
@@ -47,6 +46,8 @@ def setup_now(setup: Setup, **changes: Any) -> SetupNow:
     return SetupNow(**{field.name: getattr(setup, field.name) for field in fields(setup)} | changes)
 
 
-def radius_at(team: EscortTeam, time: float) -> float:
+def radius_at(setup: Setup, team: Any, time: float) -> float:
     """Return the distance that a team keeps at a time [s] [m]."""
-    return ([team.radius] + [radius for after, radius in team.radii if after <= time])[-1]
+    return float(
+        [team.radius or setup.radius, *(each.radius for each in team.radii if each.after <= time)][-1]
+    )

@@ -69,7 +69,7 @@ class Situation:
         if self.members is None:
             return np.full(len(self.q), self.setup.radius)
         moment = self.time + 0.5 * self.setup.timestep
-        return np.array([radius_at(team, moment) for team in self.setup.teams])[self.members]
+        return np.array([radius_at(self.setup, team, moment) for team in self.setup.teams])[self.members]
 
     def once(self, key: Any, find: Callable[[], T]) -> T:
         """Return what is found, which a situation finds once for each key."""

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from escort_mj.components.setup import EscortTeam
+from escort_mj.control.setup import Setup
 from tests.oracle.behaviors import turned_rotation
 from tests.oracle.failure import KnownRobots as Formed
 from tests.oracle.failure import placed
@@ -34,7 +33,7 @@ class Teams:
 
     def __init__(self, setup: SetupNow) -> None:
         self.members = setup.members
-        self.targets = targets_at(setup.teams, 0.5 * setup.timestep)
+        self.targets = targets_at(setup, 0.5 * setup.timestep)
         self.rotation = np.broadcast_to(np.eye(setup.axes), (setup.count, setup.axes, setup.axes)).copy()
         self._missed = np.zeros(setup.count, dtype=bool)
         self.formed, self.aimed = np.full((2, len(setup.teams)), -1)
@@ -52,16 +51,16 @@ class Teams:
         place, speed = setup.obstacle_position, setup.obstacle_velocity  # true ones, even with a lidar
         speed = np.zeros_like(place) if speed is None else speed
         lost, moment = formed.lost, t + 0.5 * setup.timestep
-        before, self.targets = self.targets, targets_at(setup.teams, moment)
+        before, self.targets = self.targets, targets_at(setup, moment)
         others = np.array([now != then for now, then in zip(self.targets, before, strict=True)])
-        self.radius = np.array([radius_at(team, moment) for team in setup.teams])
+        self.radius = np.array([radius_at(setup, team, moment) for team in setup.teams])
         self.aimed[others] = round(t / setup.timestep)
         self.center = np.array([place[each].mean(axis=0) for each in self.targets])
         self.velocity = np.array([speed[each].mean(axis=0) for each in self.targets])
         changed = {*self.members[lost & ~self._missed].tolist()}
         self._missed = lost
         needed = [
-            ([0] + [robots for after, robots in team.demand if after <= moment])[-1] for team in setup.teams
+            ([0] + [each.robots for each in team.demand if each.after <= moment])[-1] for team in setup.teams
         ]
         left = [int((~lost & (self.members == number)).sum()) for number in range(len(setup.teams))]
         start, self.members = self.members, self.members.copy()
@@ -100,8 +99,12 @@ class Teams:
             self.rotation[i] = turned_rotation(self.rotation[i], q[here], center, formed.vertices[here])
 
 
-def targets_at(teams: Sequence[EscortTeam], time: float) -> list[list[int]]:
+def targets_at(setup: Setup, time: float) -> list[list[int]]:
     """Return which obstacles the targets of each team are at a time [s], in the order of obstacles."""
-    now = {target: number for number, team in enumerate(teams) for target in team.targets}
-    now |= {target: other for team in teams for after, target, other in team.escorts if after <= time}
-    return [[target for target, other in now.items() if other == number] for number in range(len(teams))]
+    numbers = {team.name: number for number, team in enumerate(setup.teams)}
+    now: dict[int, int] = {}
+    for number, (team, places) in enumerate(zip(setup.teams, setup.target_places, strict=True)):
+        for place, target in zip(places, team.targets, strict=True):
+            later = [numbers.get(each.team, -1) for each in target.escorted_by if each.after <= time]
+            now[place] = [number, *later][-1]
+    return [[place for place, owner in now.items() if owner == number] for number in numbers.values()]

@@ -241,10 +241,10 @@ def _stages(mission: Mission) -> list[Stage]:
     corners = [corner for body in mission.obstacles for corner in body.corners(scenario.axes)]
     moments = np.linspace(0.0, scenario.duration, PATH_SAMPLES)
     corners += [mover.path.position(moments) for mover in setup.movers if mover.obstacle >= 0]
-    changing = any(one.escorts for one in setup.teams)
-    for one in setup.teams:
-        ways = [mover.path.position(moments) for mover in setup.movers if mover.obstacle in one.targets]
-        reach = max(one.all_radii) + robots.radius.max()
+    changing = any(target.escorted_by for team in setup.teams for target in team.targets)
+    for team, places in zip(setup.teams, setup.target_places, strict=True):
+        ways = [mover.path.position(moments) for mover in setup.movers if mover.obstacle in places]
+        reach = max(setup.radii_of(team)) + robots.radius.max()
         for middle in ways if changing else [np.mean(ways, axis=0)]:
             corners += [middle - reach, middle + reach]
     every = np.vstack([centers - around, centers + around, sent - largest, sent + largest, *corners])
