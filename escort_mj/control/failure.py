@@ -97,17 +97,13 @@ def notice_losses(plan: Plan, state: State) -> None:
 @on_demand
 def _close_ranks(left: int, plan: Plan, state: State) -> None:
     """The formation of those left: chords pass over lost robots, and a smaller figure is placed."""
-    n = state.lost.shape[0]
     for c in range(state.predecessors.shape[0]):
         _close_ring(state.predecessors[c], state.lost)
     state.chord_length[0] = 2.0 * plan.radius * math.sin(math.pi / left)
     if state.vertices.shape[0] > 0:
-        first = 0
-        for count in range(left + 1, n):
-            first += count
         reform(
-            state.q_measured, state.target_position_measured, state.lost, left, plan.figures, first,
-            plan.turns, state.rotation[0], state.vertices, state.scratch,
+            state.q_measured, state.target_position_measured, state.lost, plan.figures, plan.turns,
+            state.rotation[0], state.vertices, state.scratch,
         )  # fmt: skip
 
 

@@ -142,16 +142,14 @@ def _spare(t: int, plan: Plan, state: State) -> int:
 @inlined
 def _close_ranks(t: int, plan: Plan, state: State) -> None:
     """Give the members of a team that are left places in their even figure."""
-    (n, p), left, one, first = state.q.shape, int(state.team_left[t]), -1, 0
+    (n, p), one = state.q.shape, -1
     for i in range(n):
         member = state.member_of[i] == t + 1.0 and state.lost[i] == 0.0
         state.mate_unknown[i] = 0.0 if member else 1.0
         if member and one < 0:
             one = i
-    for count in range(left + 1, n):
-        first += count
     reform(
-        state.q_measured, state.team_center[t], state.mate_unknown, left, plan.figures, first, plan.turns,
+        state.q_measured, state.team_center[t], state.mate_unknown, plan.figures, plan.turns,
         state.rotation[one], state.mate_position, state.scratch,
     )  # fmt: skip
     for i in range(n):

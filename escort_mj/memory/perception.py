@@ -154,12 +154,14 @@ def observe(i: int, plan: Plan, state: State, wish: Array, found: int) -> None:
         know_teammates(i, plan, state)
     seen, within, least = obstacles_seen(i, plan, state), min(plan.sensing_obstacles, FAR), math.inf
     for j in range(plan.obstacle_radius.shape[0]):
-        least = _nearer(i, seen[j], plan.seen_radius[j], within, least, radius, plan, state, rows[3])
+        least = _nearer(i, seen[j], plan.seen_radius[j], within, least, plan, state, rows[3])
     if plan.apart and wish[SIGHT] != 0.0:
         for j in range(n):
             if j != i and state.mate_unknown[j] != 0.0:
                 there, size, reach = state.q_measured[j], plan.robot_radius[j], plan.sensing_robots
-                least = _nearer(i, there, size, reach, least, radius, plan, state, rows[3])
+                least = _nearer(i, there, size, reach, least, plan, state, rows[3])
+    for k in range(p):
+        rows[3, k] /= radius
     reached, last, places = -1.0, -1, _teammates(plan, state)  # of the one that was found before
     for mate in range(mates):
         nearest, square_of_nearest = -1, math.inf
@@ -194,9 +196,8 @@ def observe(i: int, plan: Plan, state: State, wish: Array, found: int) -> None:
 
 @inlined
 def _nearer(
-    i: int, place: Array, size: float, within: float, least: float, radius: float, plan: Plan, state: State,
-    row: Array,
-) -> float:  # fmt: skip
+    i: int, place: Array, size: float, within: float, least: float, plan: Plan, state: State, row: Array
+) -> float:
     """Write the way to the surface of a body that a robot sees, if none is nearer.
 
     Args:
@@ -205,10 +206,9 @@ def _nearer(
         size: Its radius around this [m].
         within: How far robots see it, surface to surface [m].
         least: Gap to the nearest body so far [m].
-        radius: That lengths are shares of [m].
         plan: Of the mission.
         state: Gives measured positions.
-        row: Result, shape (p,).
+        row: Result, shape (p,) [m].
 
     Returns:
         The gap to the nearest body [m].
@@ -221,7 +221,7 @@ def _nearer(
     if not (gap < least and gap <= within):
         return least
     for k in range(p):
-        row[k] = (place[k] - state.q_measured[i, k]) * (gap / max(length, NEAREST)) / radius
+        row[k] = (place[k] - state.q_measured[i, k]) * (gap / max(length, NEAREST))
     return gap
 
 

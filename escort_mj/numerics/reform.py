@@ -83,8 +83,8 @@ def scratch_size(count: int, axes: int) -> int:
 
 @kernel
 def reform(
-    q: Array, center: Array, lost: Array, left: int, figures: Array, first: int, turns: Array,
-    rotation: Array, vertices: Array, scratch: Array,
+    q: Array, center: Array, lost: Array, figures: Array, turns: Array, rotation: Array, vertices: Array,
+    scratch: Array,
 ) -> None:  # fmt: skip
     """Gives each robot that is left a vertex of the smaller figure, so that all have the least way to go.
 
@@ -94,9 +94,7 @@ def reform(
         q: Measured positions, shape (n, p) [m].
         center: Position of the target, shape (p,) [m].
         lost: 1 for robots that do not count, shape (n,).
-        left: How many robots count.
-        figures: Points of all figures, one figure below another, shape (rows, p).
-        first: Row where the figure of `left` points begins.
+        figures: Points of the figures of n - 1, n - 2 ... robots, one figure below another, shape (rows, p).
         turns: Rotations to start from, one below another, shape (k p, p).
         rotation: The present rotation, tried first, shape (p, p); the identity afterward.
         vertices: Result, the vertices of the robots that are left, shape (n, p); zero for the others.
@@ -112,7 +110,7 @@ def reform(
     r, h = scratch[at : at + p * p], scratch[at + p * p : at + 2 * p * p]
     u, v = scratch[at + 2 * p * p : at + 3 * p * p], scratch[at + 3 * p * p : at + 4 * p * p]
     work = scratch[at + 4 * p * p :]
-    row = 0
+    left = first = 0
     for i in range(n):
         if lost[i] != 0.0:
             continue
@@ -121,9 +119,11 @@ def reform(
             square += (q[i, k] - center[k]) ** 2
         scale = 1.0 / math.sqrt(square) if square > 0.0 else 0.0
         for k in range(p):
-            directions[row * p + k] = scale * (q[i, k] - center[k])
-        robots[row] = i
-        row += 1
+            directions[left * p + k] = scale * (q[i, k] - center[k])
+        robots[left] = i
+        left += 1
+    for count in range(left + 1, n):
+        first += count
 
     highest = -math.inf
     for trial in range(turns.shape[0] // p + 1):

@@ -39,12 +39,10 @@ def reformed(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Vertices and rotation after the kernel has placed the figure for the robots that are left."""
     n, p = q.shape
-    left = int((lost == 0.0).sum())
-    first = sum(len(figure) for figure in figures if len(figure) > left)
     rotation, vertices = np.eye(p), np.full((n, p), 7.0)
     scratch = np.full(reform.scratch_size(n, p), np.nan)
     points, starts = np.concatenate(figures), turns.reshape(-1, p)
-    reform.reform(q, np.ones(p), lost, left, points, first, starts, rotation, vertices, scratch)
+    reform.reform(q, np.ones(p), lost, points, starts, rotation, vertices, scratch)
     return vertices, rotation
 
 
