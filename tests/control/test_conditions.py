@@ -10,9 +10,9 @@ import pytest
 from scipy.optimize import linprog
 
 from escort_mj.control.nsb import avoidance_of
-from escort_mj.control.outer_loops.constraints import MOST, find_constraints
+from escort_mj.control.outer_loops.constraints import MOST, Constraints, Pace, find_constraints
 from escort_mj.control.outer_loops.nearest_velocity import STIFFNESS
-from escort_mj.control.outer_loops.passing import Rules
+from escort_mj.control.outer_loops.passing import Clearance, Rules
 from escort_mj.memory.layout import unpack_plan, unpack_state
 from escort_mj.native.compiler.declarations import jitted
 from escort_mj.scenario import Scenario
@@ -34,10 +34,9 @@ def _finder(axes: int) -> Any:
         rules = Rules(rate, braking, 0.0, 1.0, distance, radius)
         for level in range(plan.level_behavior.shape[0]):
             if plan.level_avoids[level] != 0.0:
-                avoid = avoidance_of(level, plan)
-                return find_constraints(
-                    robot, speed, beside, level, avoid, rules, plan, state, rows, bounds, rest[0], rest[1]
-                )
+                clearance = Clearance(level, avoidance_of(level, plan), rules)
+                constraints = Constraints(rows, bounds, rest[0], rest[1])
+                return find_constraints(robot, Pace(speed, beside), clearance, plan, state, constraints)
         return -1
 
     return found

@@ -8,10 +8,10 @@ from pydantic import PositiveFloat
 
 from escort_mj.components.parameters import UNLIMITED
 from escort_mj.control.nsb import avoidance_of
-from escort_mj.control.outer_loops.constraints import MOST, find_constraints
+from escort_mj.control.outer_loops.constraints import MOST, Constraints, Pace, find_constraints
 from escort_mj.control.outer_loops.nearest_velocity import STIFFNESS, nearest_velocity
 from escort_mj.control.outer_loops.outer_loop import OuterLoop, runs_now, slow_down
-from escort_mj.control.outer_loops.passing import Rules
+from escort_mj.control.outer_loops.passing import Clearance, Rules
 from escort_mj.native.kernels import DOUBLE, matrix_at, stack_memory, vector_at
 from escort_mj.native.lanes import WIDTH
 from escort_mj.numerics.vectors import length_of
@@ -42,20 +42,19 @@ class BarrierFilter(OuterLoop):
         rows, bounds = matrix_at(memory, MOST, p), vector_at(memory + DOUBLE * MOST * p, MOST)
         shared = vector_at(memory + DOUBLE * MOST * (p + 1), MOST)
         wanted, gaps = vector_at(memory + DOUBLE * MOST * (p + 2), p), vector_at(stack_memory(), MOST)
+        found = Constraints(rows, bounds, shared, gaps)
         for robot in range(i, min(i + WIDTH, state.q.shape[0])):
             if not runs_now(robot, phase, plan, state):
                 continue
             moved, v = False, state.v_d[robot]
             for level in range(first, first + levels):
                 if plan.level_avoids[level] != 0.0:
-                    avoid = avoidance_of(level, plan)
+                    clearance = Clearance(level, avoidance_of(level, plan), rules)
                     for k in range(p):
                         wanted[k] = v[k]
                     while True:
                         speed = length_of(v)
-                        count = find_constraints(
-                            robot, speed, speed, level, avoid, rules, plan, state, rows, bounds, shared, gaps
-                        )
+                        count = find_constraints(robot, Pace(speed, speed), clearance, plan, state, found)
                         for k in range(p):
                             v[k] = wanted[k]
                         moved = nearest_velocity(rows, bounds, count, STIFFNESS, v)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +13,7 @@ from escort_mj.components.obstacles import obstacle_speed, obstacles_seen
 from escort_mj.components.parameters import UNLIMITED
 from escort_mj.control.outer_loops.meeting import NEAR, find_meeting
 from escort_mj.control.outer_loops.passing import (
+    Clearance,
     Rules,
     approach,
     aside_of,
@@ -35,11 +37,40 @@ MOST = 24  # constraints of one robot: those with the greatest bounds
 SHARED = 0.5  # marks constraints by teammates with goals of their own
 
 
+class Pace(NamedTuple):
+    """How fast a robot may be.
+
+    Attributes:
+        speed: Largest |v| that matters [m/s].
+        beside: Largest speed relative to the motion of the team, see `team_motion` [m/s].
+    """
+
+    speed: float
+    beside: float
+
+
+class Constraints(NamedTuple):
+    """What a robot's velocity v has to satisfy, r . v >= b, for up to MOST bodies.
+
+    Attributes:
+        rows: Unit vectors r away from the bodies, shape (MOST, p).
+        bounds: b, shape (MOST,) [m/s].
+        shared: 1 for teammates that follow the same target, `SHARED` for those with goals of their own, 0 for
+            all else, shape (MOST,).
+        gaps: How far the robot goes, at its speed limit, before each body could touch it if it went to meet
+            it, shape (MOST,) [m]. A teammate that is heard is where it is most likely to be.
+    """
+
+    rows: Array
+    bounds: Array
+    shared: Array
+    gaps: Array
+
+
 @inlined
 def find_constraints(
-    robot: int, speed: float, beside: float, level: int, avoid: Avoidance, rules: Rules, plan: Plan,
-    state: State, rows: Array, bounds: Array, shared: Array, gaps: Array,
-) -> int:  # fmt: skip
+    robot: int, pace: Pace, clearance: Clearance, plan: Plan, state: State, found: Constraints
+) -> int:
     """Find what a robot's velocity v has to satisfy, r . v >= b, for each body that it sees.
 
     Two robots take half of the closing speed each, relative to the motion of their target. Those of two teams
@@ -49,31 +80,23 @@ def find_constraints(
 
     Args:
         robot: From 0.
-        speed: Largest |v| that matters [m/s].
-        beside: Largest speed relative to the motion of the team, see `team_motion` [m/s].
-        level: Which one avoidance is.
-        avoid: Its parameters.
-        rules: How fast it may come nearer.
+        pace: How fast it may be.
+        clearance: What distances it keeps.
         plan: Gives the bodies.
         state: Gives where they are.
-        rows: Result: unit vectors r away from the bodies, shape (MOST, p).
-        bounds: Result: b, shape (MOST,) [m/s].
-        shared: Result: 1 for teammates that follow the same target, `SHARED` for those with goals of their
-            own, 0 for all else, shape (MOST,).
-        gaps: Result: how far the robot goes, at its speed limit, before each body could touch it if it went
-            to meet it, shape (MOST,) [m]. A teammate that is heard is where it is most likely to be.
+        found: Result.
 
     Returns:
         Number of constraints; where there are more than MOST, those with the greatest bounds are kept.
     """
-    n, p = state.q.shape
+    (n, p), avoid, rules = state.q.shape, clearance.avoid, clearance.rules
     m, position, count = plan.obstacle_radius.shape[0], obstacles_seen(robot, plan, state), 0
     spread = rules.foresees * team_spread(robot, plan, state) if plan.team_radius.shape[0] > 0 else 0.0
-    beside += spread
+    speed, beside = pace.speed, pace.beside + spread
     memory = stack_memory()
     direction, near = vector_at(memory, p), vector_at(memory + DOUBLE * p, NEAR)
     motion = vector_at(memory + DOUBLE * (p + NEAR), p)
-    count = _add_limits(robot, speed, plan, state, rows, bounds, shared, gaps, direction, count)
+    count = _add_limits(robot, speed, plan, state, direction, found, count)
     own, to_surface, mates = plan.robot_radius[robot], avoid.to_surface, int(ALL)
     if plan.failure.shape[0] == 0:
         mates = 0
@@ -81,9 +104,7 @@ def find_constraints(
             for k in range(p):
                 motion[k] = team_motion(robot, k, rules, plan, state)
             ahead = beside + spread
-            mates = find_meeting(
-                robot, level, 2.0 * beside, ahead, motion, avoid, rules, plan, state, near
-            )  # fmt: skip
+            mates = find_meeting(robot, 2.0 * beside, ahead, motion, clearance, plan, state, near)
     everyone, heard = mates == int(ALL), places_of(state) if avoid.heard_distance > 0.0 else 0
     fastest = fastest_obstacle(state)
     away = horizon(speed + fastest, rules)
@@ -101,18 +122,14 @@ def find_constraints(
                 square += (state.q_measured[robot, k] - position[place, k]) ** 2
             if square > far * far:
                 continue
-        count = _consider(
-            robot, other, speed, beside, avoid, rules, position, direction, motion, plan, state, rows, bounds,
-            shared, gaps, count,
-        )  # fmt: skip
+        count = _consider(robot, other, Pace(speed, beside), clearance, plan, state, found, count)
     return count
 
 
 @inlined
 def _add_limits(
-    robot: int, speed: float, plan: Plan, state: State, rows: Array, bounds: Array, shared: Array,
-    gaps: Array, direction: Array, count: int,
-) -> int:  # fmt: skip
+    robot: int, speed: float, plan: Plan, state: State, direction: Array, found: Constraints, count: int
+) -> int:
     """Add the constraints of the robot's inequalities that a velocity of some speed could break."""
     phase, p = int(state.phase[robot]), state.q.shape[1]
     first = int(plan.phase_first[phase])
@@ -125,7 +142,7 @@ def _add_limits(
         length = make_unit(direction)
         bound = state.limit_rate[row + robot] / length if length > 0.0 else -UNLIMITED
         if bound >= -speed:
-            count = _keep(direction, bound, 0.0, UNLIMITED, rows, bounds, shared, gaps, count)
+            count = _keep(direction, bound, 0.0, UNLIMITED, found, count)
     return count
 
 
@@ -164,15 +181,16 @@ def fastest_obstacle(state: State) -> float:
 
 @inlined
 def _consider(
-    robot: int, other: int, speed: float, beside: float, avoid: Avoidance, rules: Rules, position: Array,
-    direction: Array, motion: Array, plan: Plan, state: State, rows: Array, bounds: Array, shared: Array,
-    gaps: Array, count: int,
+    robot: int, other: int, pace: Pace, clearance: Clearance, plan: Plan, state: State, found: Constraints,
+    count: int,
 ) -> int:  # fmt: skip
     """Add the constraint of one body; return their number.
 
     Bodies are obstacles, then robots as they are seen, the target, and robots as this one hears them.
     """
-    n, p = state.q.shape
+    (n, p), (speed, beside), memory = state.q.shape, pace, stack_memory()
+    avoid, rules, position = clearance.avoid, clearance.rules, obstacles_seen(robot, plan, state)
+    direction, motion = vector_at(memory, p), vector_at(memory + DOUBLE * p, p)
     m, q = plan.obstacle_radius.shape[0], state.q_measured
     share, along, mate, straight = 1.0, 0.0, other - m, 0.0
     followed, teams = rules.target_radius > 0.0, plan.team_radius.shape[0] > 0
@@ -242,11 +260,11 @@ def _consider(
     if share == 1.0:
         gap /= 1.0 + max(rules.foresees * along, 0.0) / plan.max_speed
     with_whom = 0.0 if share == 1.0 else 1.0 if followed else SHARED
-    count = _keep(direction, bound, with_whom, gap, rows, bounds, shared, gaps, count)
+    count = _keep(direction, bound, with_whom, gap, found, count)
     if lead > 0.0 and bound > 0.0:
         for k in range(p):
             motion[k] /= math.sqrt(square)
-        count = _keep(motion, straight, 0.0, gap, rows, bounds, shared, gaps, count)
+        count = _keep(motion, straight, 0.0, gap, found, count)
     return count
 
 
@@ -278,11 +296,10 @@ def _kept_distance(
 
 @inlined
 def _keep(
-    direction: Array, bound: float, with_whom: float, gap: float, rows: Array, bounds: Array, shared: Array,
-    gaps: Array, count: int,
-) -> int:  # fmt: skip
+    direction: Array, bound: float, with_whom: float, gap: float, found: Constraints, count: int
+) -> int:
     """Add a constraint, in place of the one with the least bound where there are MOST of them."""
-    place = count
+    place, bounds = count, found.bounds
     if count == MOST:
         place = 0
         for at in range(1, MOST):
@@ -290,9 +307,9 @@ def _keep(
                 place = at
         if bound <= bounds[place]:
             return count
-    bounds[place], shared[place], gaps[place] = bound, with_whom, gap
+    bounds[place], found.shared[place], found.gaps[place] = bound, with_whom, gap
     for k in range(direction.shape[0]):
-        rows[place, k] = direction[k]
+        found.rows[place, k] = direction[k]
     return min(count + 1, MOST)
 
 

@@ -13,7 +13,7 @@ from typing import Annotated
 from escort_mj.behaviors.avoid_obstacles import mate_within
 from escort_mj.behaviors.behavior import Avoidance
 from escort_mj.control.nsb import avoidance_of
-from escort_mj.control.outer_loops.passing import Rules, approach, horizon, horizon_lanes
+from escort_mj.control.outer_loops.passing import Clearance, Rules, approach, horizon, horizon_lanes
 from escort_mj.knowledge.belief import target_speed
 from escort_mj.native.fields import Array, Fields, Value
 from escort_mj.native.kernels import inlined, merged, stack_memory, vector_at
@@ -79,25 +79,22 @@ def _squares_in_frame(i: int, state: State) -> Lanes:
 
 @inlined
 def who_is_met(
-    i: int, level: int, alike: Lanes, own: Lanes, far: Lanes, avoid: Avoidance, rules: Rules, plan: Plan,
-    state: State,
-) -> Lanes:  # fmt: skip
+    i: int, alike: Lanes, own: Lanes, far: Lanes, clearance: Clearance, plan: Plan, state: State
+) -> Lanes:
     """Return 1 for those of robots i to i + 7 of a crowd that have to look at a teammate, else 0.
 
     It is so near, or comes so fast, that it may bind what the robot wants.
 
     Args:
         i: First robot, from 0.
-        level: Which one avoidance is.
         alike: Speeds at which they could meet one that keeps to its half [m/s].
         own: How fast what they want is in the common frame [m/s].
         far: Margins at which it matters that the fastest teammate comes [m].
-        avoid: What distances are kept.
-        rules: How fast they may come nearer.
+        clearance: What distances are kept.
         plan: Gives radii.
         state: Gives measured positions and velocities, lists, and what robots want, `v_d`.
     """
-    n, speeds = state.q.shape[0], stack_rows(4)
+    n, speeds, avoid = state.q.shape[0], stack_rows(4), clearance.avoid
     within = avoid.teammate_distance + far
     looks = there(n - i) & (within > empty_around(i, avoid.to_surface, state))
     if not any_of(looks):
@@ -109,7 +106,7 @@ def who_is_met(
     for robot in range(i, min(i + WIDTH, n)):
         lane = robot - i
         if speeds[3, lane] > 0.5 and not _is_met(
-            robot, level, speeds[0, lane], speeds[1, lane], speeds[2, lane], avoid, rules, plan, state
+            robot, speeds[0, lane], speeds[1, lane], speeds[2, lane], clearance, plan, state
         ):
             speeds[3, lane] = 0.0
     return row_of(speeds, 3)
@@ -117,11 +114,11 @@ def who_is_met(
 
 @inlined
 def _is_met(
-    robot: int, level: int, alike: float, own: float, within: float, avoid: Avoidance, rules: Rules,
-    plan: Plan, state: State,
-) -> bool:  # fmt: skip
+    robot: int, alike: float, own: float, within: float, clearance: Clearance, plan: Plan, state: State
+) -> bool:
     """Whether a teammate may bind what one robot wants, see `who_is_met`; none does that is not `within`."""
     lists, q, radius, wanted = seen_neighbors(state), state.q_measured, plan.robot_radius, state.v_d[robot]
+    level, avoid, rules = clearance
     safe = avoid.teammate_distance
     if mate_within(safe + horizon(alike, rules), robot, avoid, q, radius, lists):
         return True
@@ -135,25 +132,24 @@ def _is_met(
     ):
         return False
     found = vector_at(stack_memory(), NEAR)
-    return find_meeting(robot, level, alike, 0.0, wanted, avoid, rules, plan, state, found) != 0
+    return find_meeting(robot, alike, 0.0, wanted, clearance, plan, state, found) != 0
 
 
 @inlined
 def find_meeting(
-    robot: int, level: int, alike: float, ahead: float, motion: Array, avoid: Avoidance, rules: Rules,
-    plan: Plan, state: State, found: Array,
+    robot: int, alike: float, ahead: float, motion: Array, clearance: Clearance, plan: Plan, state: State,
+    found: Array,
 ) -> int:  # fmt: skip
     """Find the teammates of a robot with a margin below the `horizon` of the speed at which they could meet.
 
     Args:
         robot: From 0.
-        level: Which one avoidance is.
         alike: Speed at which it could meet any that keeps to its half [m/s].
         ahead: Speed at which it could go toward any, relative to `motion`; one that comes toward it adds its
             own [m/s].
         motion: Shape (p,) [m/s].
-        avoid: What distances are kept.
-        rules: How fast it may come nearer.
+        clearance: What distances are kept: within `horizon(alike)` any counts, farther away one that comes so
+            fast.
         plan: Gives radii.
         state: Gives measured positions and velocities, and lists.
         found: Result: which robots, in ascending order, shape (NEAR,).
@@ -161,43 +157,35 @@ def find_meeting(
     Returns:
         How many; `ALL` where there are more than `found` holds.
     """
-    own, to_surface = ahead + _apart_from(motion, state), avoid.to_surface
+    level, avoid, rules = clearance
+    own, to_surface, radius = ahead + _apart_from(motion, state), avoid.to_surface, plan.robot_radius
     fastest = state.pace_most[0]
     if fastest > own and state.pace_met.shape[0] > 0:
         if state.pace_level[0] != level:
             _find_met(level, rules.rate, rules.braking, rules.cone, plan, state)
         fastest = _faster(robot, own, state)
     near, far = horizon(alike, rules), horizon(max(alike, rules.foresees * (own + fastest)), rules)
-    look = avoid.teammate_distance + to_surface * plan.robot_radius[robot] + far
-    around, count = find_near(robot, look, to_surface, plan.robot_radius, state, found), 0
+    look = avoid.teammate_distance + to_surface * radius[robot] + far
+    around, count = find_near(robot, look, to_surface, radius, state, found), 0
     everyone = around == int(ALL)
     for place in range(state.q.shape[0] if everyone else around):
         j = place if everyone else int(found[place])
-        if j != robot and _meets(robot, j, near, far, ahead, motion, avoid, rules, plan, state):
+        safe, square, closing = avoid.teammate_distance, 0.0, 0.0
+        safe += to_surface * (radius[robot] + radius[j])
+        for k in range(state.q.shape[1]):
+            way = state.q_measured[robot, k] - state.q_measured[j, k]
+            square += way * way
+            closing += way * (state.v_measured[j, k] - motion[k])
+        if j == robot or square > (safe + far) ** 2:
+            continue
+        apart = math.sqrt(square)
+        if square <= (safe + near) ** 2 or (
+            apart <= safe + ROUNDING * horizon(max(ahead + closing / apart, 0.0), rules)
+        ):
             if count < found.shape[0]:
                 found[count] = j
             count += 1
     return count if count <= found.shape[0] else int(ALL)
-
-
-@inlined
-def _meets(
-    i: int, j: int, near: float, far: float, ahead: float, motion: Array, avoid: Avoidance, rules: Rules,
-    plan: Plan, state: State,
-) -> bool:  # fmt: skip
-    """Whether robot j matters to robot i: within `near` in any case, within `far` where it comes so fast."""
-    safe, square, closing = avoid.teammate_distance, 0.0, 0.0
-    safe += avoid.to_surface * (plan.robot_radius[i] + plan.robot_radius[j])
-    for k in range(state.q.shape[1]):
-        way = state.q_measured[i, k] - state.q_measured[j, k]
-        square += way * way
-        closing += way * (state.v_measured[j, k] - motion[k])
-    if square > (safe + far) ** 2:
-        return False
-    if square <= (safe + near) ** 2:
-        return True
-    apart = math.sqrt(square)
-    return apart <= safe + ROUNDING * horizon(max(ahead + closing / apart, 0.0), rules)
 
 
 @inlined

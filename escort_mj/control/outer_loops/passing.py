@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.behaviors.avoid_obstacles import POLAR
+from escort_mj.behaviors.behavior import Avoidance
 from escort_mj.native.kernels import inlined
 from escort_mj.native.lanes import Lanes, where
 from escort_mj.numerics.vectors import length_of
@@ -37,6 +38,20 @@ class Rules(NamedTuple):
     foresees: float
     target_distance: float
     target_radius: float
+
+
+class Clearance(NamedTuple):
+    """What distances a robot keeps, and how fast it may come nearer.
+
+    Attributes:
+        level: Which one avoidance is.
+        avoid: Its parameters.
+        rules: How fast the robot may come nearer.
+    """
+
+    level: int
+    avoid: Avoidance
+    rules: Rules
 
 
 @inlined

@@ -16,6 +16,8 @@ from escort_mj.components.setup import MissionSetup
 from escort_mj.control.nsb import avoidance_of, ruled
 from escort_mj.control.outer_loops.constraints import (
     MOST,
+    Constraints,
+    Pace,
     fastest_obstacle,
     find_constraints,
     team_motion,
@@ -39,6 +41,7 @@ from escort_mj.control.outer_loops.nearest_velocity import (
 from escort_mj.control.outer_loops.outer_loop import OuterLoop, runs_now, slow_down
 from escort_mj.control.outer_loops.passing import (
     FASTER,
+    Clearance,
     Rules,
     breadth_of,
     horizon_lanes,
@@ -150,32 +153,31 @@ class SetBased(OuterLoop):
         for level in range(first, first + levels):
             if plan.level_avoids[level] == 0.0:
                 continue
-            avoid = avoidance_of(level, plan)
-            busy = _may_bind(level, avoid, rules, r) + abs(load(state.detour, i))
+            clearance = Clearance(level, avoidance_of(level, plan), rules)
+            busy = _may_bind(clearance, r) + abs(load(state.detour, i))
             mine = ruled(i, phase, plan, state)
             store(state.detour_for, i, where(mine & (busy < 0.5), 0.0, load(state.detour_for, i)))
             if any_of(mine & (busy > 0.5)):
                 store(state.detour_near, i, busy)
                 for robot in range(i, min(i + WIDTH, n)):
                     if state.detour_near[robot] > 0.5 and runs_now(robot, phase, plan, state):
-                        _keep_clear(robot, self.patience, self.turn_back, level, avoid, rules, plan, state)
+                        _keep_clear(robot, self.patience, self.turn_back, clearance, plan, state)
                         slow_down(robot, plan, state)
             store(state.detour_time, i, where(mine, state.time[0], load(state.detour_time, i)))
 
 
 @inlined
-def _may_bind(level: int, avoid: Avoidance, rules: Rules, r: Robots) -> Lanes:
+def _may_bind(clearance: Clearance, r: Robots) -> Lanes:
     """Return 1 for those of eight robots for which some constraint may bind, else 0: too many, never too few.
 
     A body counts if its margin is below that at which `approach` allows the closing speed.
 
     Args:
-        level: Level of the avoidance behavior, of all phases' levels.
-        avoid: What distances are kept.
-        rules: How fast robots may come nearer.
+        clearance: What distances are kept.
         r: The robots.
     """
     plan, state, wanted = r.plan, r.state, r.at(r.state.v_d, 0)
+    level, avoid, rules = clearance
     drift, from_target, max_speed = r.target_velocity, r.q - r.target, r.max_speed
     speed, relative, pace = norm(wanted), norm(wanted - drift), norm(drift)
     frame_speed = norm(wanted - r.vector(state.pace_frame))
@@ -201,9 +203,7 @@ def _may_bind(level: int, avoid: Avoidance, rules: Rules, r: Robots) -> Lanes:
     far = horizon_lanes(greatest(mutual_speed, frame_speed + state.pace_most[0]), rules)
     listed = seen_neighbors(state).shape[0] > 0
     if avoid.teammate_distance > 0.0 and listed:
-        found = greatest(
-            found, who_is_met(r.i, level, mutual_speed, frame_speed, far, avoid, rules, plan, state)
-        )
+        found = greatest(found, who_is_met(r.i, mutual_speed, frame_speed, far, clearance, plan, state))
     if avoid.heard_distance > 0.0:
         find_nearest_heard(r.i, avoid.heard_distance, avoid.to_surface, plan, state)
         margin = horizon_lanes(greatest(mutual_speed, load(state.heard_pace, r.i)), rules)
@@ -272,17 +272,10 @@ def _mates_near(
 
 @inlined
 def _keep_clear(
-    robot: int,
-    patience: float,
-    turn_back: float,
-    level: int,
-    avoid: Avoidance,
-    rules: Rules,
-    plan: Plan,
-    state: State,
+    robot: int, patience: float, turn_back: float, clearance: Clearance, plan: Plan, state: State
 ) -> None:
     """Change a robot's velocity as little as safety requires, or lead it around what blocks it."""
-    p, v = state.q.shape[1], state.v_d[robot]
+    p, v, avoid, rules = state.q.shape[1], state.v_d[robot], clearance.avoid, clearance.rules
     memory = stack_memory()
     rows, bounds = matrix_at(memory, MOST, p), vector_at(memory + DOUBLE * MOST * p, MOST)
     shared = vector_at(memory + DOUBLE * MOST * (p + 1), MOST)
@@ -290,6 +283,7 @@ def _keep_clear(
     spare = stack_memory()
     nominal, start = vector_at(spare, p), vector_at(spare + DOUBLE * p, p)
     gaps = vector_at(spare + DOUBLE * 2 * p, MOST)
+    constraints = Constraints(rows, bounds, shared, gaps)
     for k in range(p):
         wanted[k] = nominal[k] = v[k]  # a detour follows a boundary in place of what is wanted
     # Bodies that cannot matter at these speeds are left out; if v comes out faster, once more with those.
@@ -299,20 +293,8 @@ def _keep_clear(
     if not decided:  # a detour may turn v into any direction
         assumed_relative += 2.0 * length_of(target_speed(robot, plan, state))
     while True:
-        count = find_constraints(
-            robot,
-            assumed_speed,
-            assumed_relative,
-            level,
-            avoid,
-            rules,
-            plan,
-            state,
-            rows,
-            bounds,
-            shared,
-            gaps,
-        )
+        pace = Pace(assumed_speed, assumed_relative)
+        count = find_constraints(robot, pace, clearance, plan, state, constraints)
         for k in range(p):
             v[k] = nominal[k]
         if side == 0.0:
