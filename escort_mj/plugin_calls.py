@@ -24,6 +24,7 @@ import traceback
 import warnings
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
+from functools import partial
 from threading import get_ident
 from time import monotonic
 from types import ModuleType
@@ -543,8 +544,19 @@ def _prepare() -> None:
         sys.addaudithook(_audit)
         for module, name, words in _UNANNOUNCED:
             _guard(module, name, words)
+        sys.unraisablehook = partial(_lost, sys.unraisablehook)
         threading.Thread(target=_watch, daemon=True, name="watch over plugins").start()
         _prepared = True
+
+
+def _lost(otherwise: Callable[[Any], object], lost: Any) -> None:
+    """Note an error that Python could only print, as in `__del__`, where a plugin raised it."""
+    call, interrupts = _under_way(), issubclass(lost.exc_type, KeyboardInterrupt)
+    if call is None or (interrupts and stopping.is_users()):
+        otherwise(lost)
+    else:
+        words = f"raises {lost.exc_type.__name__} where nothing can catch it, as in __del__"
+        call.trespass = call.trespass or f"a plugin must not do this: it {words}"
 
 
 def _watch() -> None:

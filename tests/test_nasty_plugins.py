@@ -72,6 +72,8 @@ BODIES = {
     "exits": ("sys.exit(0)", "SystemExit: 0"),
     "exits at once": ("os._exit(0)", "ends the process"),
     "exits below Python": ("ctypes.CDLL(None)._exit(0)", "exit code 0"),
+    "exits in __del__": ("type('D', (), {'__del__': lambda s: os._exit(0)})()", "ends the process"),
+    "raises in __del__": ("type('D', (), {'__del__': lambda s: 1 / 0})()", "raises ZeroDivisionError"),
     "crashes": ("ctypes.string_at(0)", "SIGSEGV"),
     "kills": ("os.kill(os.getpid(), 9)", "sends a signal"),
     "interrupts": ("raise KeyboardInterrupt", "KeyboardInterrupt"),
