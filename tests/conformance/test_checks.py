@@ -10,7 +10,7 @@ from escort_mj.conformance.kinds import check_kind
 from escort_mj.conformance.laws import check_law
 from escort_mj.conformance.parameters import check_parameters
 from escort_mj.conformance.records import check_expectation, try_metric
-from escort_mj.conformance.stand import BrokenError
+from escort_mj.conformance.stand import BrokenError, CheckResult
 from escort_mj.errors import PluginError
 from escort_mj.scenario.reader.catalog import assemble, scenario_type, scenario_type_with
 from escort_mj.scenario.reader.plugins import load_plugin, source_of
@@ -18,20 +18,25 @@ from escort_mj.scenario.schema.scenario import Scenario
 from tests.plugged import BEHAVIOR, COMPILED, ESTIMATOR, EXPECTATION, KIND, LAW, METRIC
 
 
-def rows(folder, text, checks):
-    """What checks say of the only member of a plugin: name and whether it holds."""
+def told(folder, text, checks):
+    """What checks say of the only member of a plugin, one after another: name, whether it holds, words."""
     (folder / "own.py").write_text(text)
     plugin = load_plugin(source_of("own.py", folder))
     (member,) = plugin.members
     kind = Scenario if checks in (check_parameters, try_metric) else scenario_type(assemble([plugin]))
     try:
-        return {row.name: (row.held, row.words) for row in checks(member, kind)}
+        yield from checks(member, kind)
     except BrokenError as broken:
-        return {broken.name: (False, str(broken))}
+        yield CheckResult(broken.name, False, str(broken))
 
 
 def only_wrong(folder, text, checks):
-    return [name for name, (held, _) in rows(folder, text, checks).items() if not held]
+    return [row.name for row in told(folder, text, checks) if not row.held]
+
+
+def is_found(folder, text, checks, name):
+    """Whether a check finds something wrong; those after it are not made."""
+    return any(row.name == name and not row.held for row in told(folder, text, checks))
 
 
 class TestLaws:
@@ -53,7 +58,7 @@ class TestLaws:
     def test_a_wrong_one_is_found_by_its_check(self, compiled, tmp_path, change, check):
         assert change[0] in LAW
         text = LAW.replace(*change).replace("class Pid", "COUNT = []\n\n\nclass Pid")
-        assert check in only_wrong(tmp_path, text, check_law)
+        assert is_found(tmp_path, text, check_law, check)
 
     def test_forms_that_differ(self, compiled, tmp_path):
         """Whole numbers of machine code overflow."""
@@ -76,12 +81,11 @@ class TestParameters:
 
     def test_a_wrong_default_is_refused_before(self, tmp_path):
         with pytest.raises(PluginError, match="found the default -30.0"):
-            rows(tmp_path, LAW.replace("= 30.0", "= -30.0"), check_parameters)
+            only_wrong(tmp_path, LAW.replace("= 30.0", "= -30.0"), check_parameters)
 
     def test_right_ones_are_told_with_default_and_bounds(self, tmp_path):
-        held, words = rows(tmp_path, LAW, check_parameters)["parameters"]
-        assert held
-        assert "integral_gain 20.0 >= 0" in words
+        row = next(row for row in told(tmp_path, LAW, check_parameters) if row.name == "parameters")
+        assert row.held and "integral_gain 20.0 >= 0" in row.words
 
 
 class TestBehaviors:
@@ -103,7 +107,7 @@ class TestBehaviors:
     )  # fmt: skip
     def test_a_wrong_one_is_found_by_its_check(self, compiled, tmp_path, change, check):
         assert change[0] in BEHAVIOR
-        assert check in only_wrong(tmp_path, BEHAVIOR.replace(*change), check_behavior)
+        assert is_found(tmp_path, BEHAVIOR.replace(*change), check_behavior, check)
 
     @pytest.mark.parametrize(("gain", "wrong"), [("self.gain", []), ("-self.gain", ["works"])])
     def test_one_that_keeps_off_obstacles_meets_some(self, compiled, tmp_path, gain, wrong):
@@ -114,7 +118,8 @@ class TestBehaviors:
             f"only(norm(x) < self.height, keep_distance(x, self.height, {gain}))",
         )
         assert only_wrong(tmp_path, text, check_behavior) == wrong
-        assert "along" in rows(tmp_path, text, check_behavior)["keeps to its task"][1]
+        told_of = {row.name: row.words for row in told(tmp_path, text, check_behavior)}
+        assert "along" in told_of["keeps to its task"]
 
 
 class TestEstimators:
@@ -137,9 +142,8 @@ class TestEstimators:
     )
     def test_a_wrong_one_is_found_by_its_check(self, compiled, tmp_path, change, check):
         assert change[0] in ESTIMATOR
-        assert check in only_wrong(
-            tmp_path, "import numpy as np\n" + ESTIMATOR.replace(*change), check_estimator
-        )
+        text = "import numpy as np\n" + ESTIMATOR.replace(*change)
+        assert is_found(tmp_path, text, check_estimator, check)
 
     def test_forms_that_differ(self, compiled, tmp_path):
         wraps = "n = 4_000_000_000\n        faster = (0.9 if n * n < 0 else 1.0) * self.beta"
@@ -164,7 +168,7 @@ class TestRecords:
     )
     def test_a_wrong_metric_is_found_by_its_check(self, compiled, tmp_path, change, check):
         assert change[0] in METRIC
-        assert check in only_wrong(tmp_path, METRIC.replace(*change) + "\n\nCOUNT = []\n", try_metric)
+        assert is_found(tmp_path, METRIC.replace(*change) + "\n\nCOUNT = []\n", try_metric, check)
 
     @pytest.mark.parametrize(
         ("change", "check"),
@@ -240,7 +244,7 @@ class TestKindsOfShippedParts:
     def test_a_part_that_does_not_ship(self, tmp_path):
         text = SLOWER.replace('= "quadrotor"', '= "hovercraft"')
         with pytest.raises(PluginError, match="the kind slower: models/ has no part hovercraft"):
-            rows(tmp_path, text, check_kind)
+            only_wrong(tmp_path, text, check_kind)
 
 
 def test_types_made_for_plugins_leave_the_plain_one_alone(tmp_path):
