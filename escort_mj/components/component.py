@@ -93,6 +93,16 @@ class Component(Member):
     """Keys that kernels do not read, beside its name."""
 
     @classmethod
+    def wrong(cls, view: Any, number: int) -> str:
+        """Say what it wrote that cannot be used, in words that follow "gave".
+
+        Args:
+            view: What the method was handed, and has written to.
+            number: Of the robot or body, from 1.
+        """
+        return f"{cls.gives.format(number)} that is not a finite number"
+
+    @classmethod
     def numbers(cls) -> dict[str, type]:
         """Return its parameters as kernels see them: name and type, of a choice the place of what is chosen.
 

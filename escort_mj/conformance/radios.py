@@ -46,6 +46,10 @@ def _in_order(member: type[Radio], kind: type[Scenario]) -> CheckResult:
                 return CheckResult(
                     "sends", False, f"message {int(np.argmin(due))} is sent at {min(due):.3g} s"
                 )
+            if (later := np.diff(due)).min() <= 0.0:
+                number = int(np.argmax(later <= 0.0)) + 1
+                words = f"message {number} is sent at {due[number]:.3g} s, no later than the one before"
+                return CheckResult("sends", False, words)
             mean = (due[-1] - due[0]) / (MESSAGES - 1)
             worst = max(worst, (max(period, timestep) - mean) / max(period, timestep))
     words = (

@@ -42,13 +42,19 @@ _ask = one_of([*map(_kernel_of, RADIOS), custom_radio])
 
 
 @inlined
-def due(j: int, number: int, plan: Plan, state: State) -> float:
-    """Return the step at which robot j sends a message of a number."""
+def schedule(j: int, number: int, plan: Plan, state: State) -> None:
+    """Ask when robot j sends a message of a number."""
     state.message_sender[0] = state.message_receiver[0] = j
     state.message_number[0], state.message_distance[0] = number, 0.0
     _draw(1 + plan.robots, j, number, plan, state)
     _ask(plan.radio, SENDS, plan, state)
-    return round(state.message_due[0] / plan.timestep)
+    state.next_message[j] = state.message_due[0]
+
+
+@inlined
+def next_step(j: int, plan: Plan, state: State) -> float:
+    """Return the step at which robot j sends next; never where it is lost."""
+    return round(state.next_message[j] / plan.timestep) if state.lost[j] == 0.0 else NEVER
 
 
 @inlined
@@ -77,7 +83,7 @@ def _draw(block: int, sender: int, number: int, plan: Plan, state: State) -> Non
 class MessageState(Fields):
     """Messages sent of late, `depth` of each robot, and what came of those that arrived."""
 
-    next_message: Annotated[Array, "hearing", Value("1", "physics step at which the next message is sent")]
+    next_message: Annotated[Array, "hearing", Value("s", "when the next message is sent")]
     radio_next: Annotated[Array, 2, Value("1", "step at which the next one is sent, or arrives, anywhere")]
     sent_step: Annotated[Array, "hearing", "depth", Value("1", "physics step at which it was sent")]
     sent_position: Annotated[Array, "hearing*depth", "p", Value("m", "where the sender measured itself")]
@@ -103,7 +109,8 @@ def begin_radio(plan: Plan, state: State) -> None:
     for i in range(n):
         for s in range(slots):
             take_slot(i, s, int(plan.senders[i, s]), state)
-        state.next_message[i] = due(i, 0, plan, state)
+        state.next_message[i] = -plan.timestep
+        schedule(i, 0, plan, state)
     state.radio_next[0], state.radio_next[1] = 0.0, NEVER
 
 
@@ -114,14 +121,14 @@ def send(plan: Plan, state: State) -> None:
     step, depth = int(state.step[0]), state.sent_step.shape[1]
     upcoming = NEVER
     for j in range(n):
-        if state.next_message[j] <= step and state.lost[j] == 0.0:
+        if next_step(j, plan, state) <= step:
             number = int(state.messages_sent[j])
             _compose(j, j * depth + number % depth, plan, state)
             state.sent_step[j, number % depth] = step
             state.messages_sent[j] = number + 1.0
-            state.next_message[j] = due(j, number + 1, plan, state)
+            schedule(j, number + 1, plan, state)
             _spread(j, number, step, plan, state)
-        upcoming = min(upcoming, state.next_message[j] if state.lost[j] == 0.0 else NEVER)
+        upcoming = min(upcoming, next_step(j, plan, state))
     state.radio_next[0] = upcoming
 
 

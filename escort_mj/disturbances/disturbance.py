@@ -122,7 +122,8 @@ class Disturbance(Equations):
     @classmethod
     def robots(cls) -> type[Robots]:
         """Return what its equations are handed: robots that have its own memory by name."""
-        return with_own(Robots, cls, {name: _remembered(row) for row, name in enumerate(cls.memories())})
+        own = {name: _remembered(row) for row, name in enumerate(cls.memories())}
+        return with_own(Robots, cls, own, () if cls.draws else ("noise", "common_noise"))
 
     @classmethod
     def evaluation(cls, made: Call, equations: Mapping[str, Call]) -> Call:

@@ -8,7 +8,7 @@ Compiled, `r` is nothing but addresses, and reading a name is one load. Interpre
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from difflib import get_close_matches
 from functools import cache
 from math import prod
@@ -113,8 +113,14 @@ class Arrays(Values):
         raise AttributeError(unknown(name, self._names.known))
 
 
+GIVEN = {"noise": "draws", "common_noise": "draws", "bias": "needs_model", "v_d_rate": "differentiates"}
+"""Names that only those components read that say so, and how they do."""
+
+
 def unknown(name: str, names: Iterable[str]) -> str:
     """Return what to say of a name that cannot be read, where only some names can."""
+    if name in GIVEN:
+        return f'"{name}" is given to what has the line  {GIVEN[name]}: ClassVar[bool] = True'
     known = sorted(names)
     near = get_close_matches(name, known, 1)
     hint = f'; did you mean "{near[0]}"?' if near else ""
@@ -167,14 +173,23 @@ def names_of(kind: type) -> list[str]:
     return [name for name, member in vars(kind).items() if isinstance(member, property)]
 
 
-def with_own(kind: type, owner: type, own: Mapping[str, property]) -> Any:
-    """Return a class whose values can be read by more names: its own members, and others.
+class _Withheld:
+    """Stands in a class for a member of its base that cannot be read."""
+
+    def __get__(self, owner: object, kind: type) -> None:
+        raise AttributeError
+
+
+def with_own(kind: type, owner: type, own: Mapping[str, property], withheld: Collection[str] = ()) -> Any:
+    """Return a class whose values can be read by other names: its own members, and others.
 
     Args:
         kind: The class.
         owner: Whose the others are; kernels tell such classes by its name.
         own: The others.
+        withheld: Names of members that cannot be read.
     """
     members = {name: member for name, member in vars(kind).items() if not name.startswith("_")}
+    members |= dict.fromkeys(withheld, _Withheld())
     name = f"{kind.__name__} of {owner.__module__}.{owner.__qualname__} {getattr(owner, 'digest', '')}"
     return type(name, (kind,), {**members, **own, "__annotations__": kind.__annotations__})

@@ -1,6 +1,7 @@
 """A radio that sends at a fixed rate."""
 
 import math
+from collections.abc import Iterator
 from typing import Any, ClassVar, Literal
 
 from pydantic import NonNegativeFloat, PositiveFloat
@@ -29,6 +30,13 @@ class Periodic(Radio):
     def period(self, timestep: float, robots: int) -> float:
         """Return the mean time between two messages of a robot [s]."""
         return timestep if self.rate is None else 1.0 / self.rate
+
+    def misfits(self, timestep: float) -> Iterator[tuple[str, str]]:
+        """Yield a delay with which a message would be due before the one before it."""
+        most = self.period(timestep, 1) - timestep
+        if self.jitter > most + 0.5 * timestep:
+            words = "a step less than the time between two messages"
+            yield "jitter", f"found {self.jitter:g} s; expected at most {most:g} s, {words}"
 
     @property
     def longest(self) -> float:

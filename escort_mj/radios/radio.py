@@ -1,7 +1,7 @@
 """Base of radios: who can hear whom, when each robot sends, and what becomes of its messages."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Annotated, Any, ClassVar, Literal, NamedTuple, TypeAlias
 
 import numpy as np
@@ -218,6 +218,19 @@ class Radio(Equations):
         most = round(self.most_delay / r.timestep)
         return r.timestep * (least + math.floor(r.second_draw * (most - least + 1.0)))
 
+    @classmethod
+    def wrong(cls, view: Any, number: int) -> str:
+        """Say what of a message cannot be used: a time, whether it is lost, or the time that it takes."""
+        due, lost, taken = (float(getattr(view, name)[0]) for name in cls.outputs[:3])
+        message = f"message {int(view.message_number[0])} of robot {number}"
+        if not np.isfinite([due, lost, taken, *view.link_memory]).all():
+            return super().wrong(view, number)
+        if lost not in (0.0, 1.0):
+            return f"{message} the loss {lost:g}; expected True or False"
+        if taken < 0.0:
+            return f"{message} a delay of {taken:g} s; expected 0 or more"
+        return f"{message} the time {due:g} s, no later than that of the message before"
+
     def period(self, timestep: float, robots: int) -> float:
         """Return the mean time between two messages of a robot [s]; by default, one goes in every step.
 
@@ -226,6 +239,10 @@ class Radio(Equations):
             robots: How many there are.
         """
         return timestep
+
+    def misfits(self, timestep: float) -> Iterator[tuple[str, str]]:
+        """Yield the keys that do not fit a physics step [s], and why; by default none."""
+        yield from ()
 
     @property
     def longest(self) -> float:

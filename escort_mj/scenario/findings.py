@@ -47,10 +47,10 @@ def parse_key_path(text: str) -> Path | None:
     return tuple(int(match[1]) if match[1] else match[2] for match in matches if match)
 
 
-def did_you_mean(word: str, names: Iterable[str]) -> str:
+def did_you_mean(word: str, names: Iterable[str], cutoff: float = 0.55) -> str:
     """`; did you mean "x"?` with the allowed name most like the word, or nothing if none is like it."""
     by_lower = {name.lower(): name for name in names}
-    close = difflib.get_close_matches(word.lower()[:80], by_lower, n=1, cutoff=0.55)
+    close = difflib.get_close_matches(word.lower()[:80], by_lower, n=1, cutoff=cutoff)
     return f'; did you mean "{by_lower[close[0]]}"?' if close else ""
 
 

@@ -155,6 +155,7 @@ def test_what_is_wrong_is_told_with_its_place(disturbances: list[Any], words: st
         escort_mj.load_scenario("main", SHORT | {"uncertainty": {"disturbances": disturbances}})
 
 
+@pytest.mark.parametrize("form", ["plain", "swirl"])
 @pytest.mark.parametrize(
     ("change", "words"),
     [
@@ -167,14 +168,22 @@ def test_what_is_wrong_is_told_with_its_place(disturbances: list[Any], words: st
         ),
         (('"gust")', '"gust", "q")'), "estimates 'q'; expected a signal of each robot and axis in N"),
         (("def force", "def forces"), r"has no force\(self, r\)"),
+        (
+            ("    draws: ClassVar[bool] = True\n", ""),
+            r'broken.py:\d+: .*"noise" is given to what has the line  draws: ClassVar\[bool\] = True',
+        ),
+        (
+            ("def gust_rate", "def of_timed(self, r):\n        pass\n\n    def gust_rate"),
+            'did you mean "of_time"',
+        ),
     ],
 )
 def test_faults_of_a_plugin_are_told(
-    compiled: None, folder: Path, change: tuple[str, str], words: str
+    compiled: None, folder: Path, change: tuple[str, str], words: str, form: str
 ) -> None:
-    text = (folder / "plain.py").read_text().replace(*change)
-    assert text != (folder / "plain.py").read_text()
-    (folder / "broken.py").write_text(text.replace('"plain"', '"broken"'))
+    text = (folder / f"{form}.py").read_text().replace(*change)
+    assert text != (folder / f"{form}.py").read_text()
+    (folder / "broken.py").write_text(text.replace(f'"{form}"', '"broken"'))
     try:
         keys = SHORT | {"plugins": [str(folder / "broken.py")], "uncertainty.disturbances": ["broken"]}
         (flight,) = fly_many([escort_mj.load_scenario("main", keys)], 1)

@@ -107,8 +107,28 @@ def test_it_passes_its_checks(compiled: None, tmp_path: Path) -> None:
             ("return r.number * r.timestep", "return r.timestep * (r.number if r.number < 99 else math.inf)"),
             r"own.py:\d+: Fading gave a message of robot 1 a time that is not a finite number",
         ),
+        (
+            ("return r.number * r.timestep", "return r.timestep * abs(r.number - 9.0)"),
+            r"own.py:\d+: Fading gave message 1 of robot 1 the time 0.016 s, no later than",
+        ),
+        (
+            ("return r.number * r.timestep", "return 0.5"),
+            r"own.py:\d+: Fading gave message 1 of robot 1 the time 0.5 s, no later than",
+        ),
+        (
+            ("return r.number * r.timestep", "return r.number * r.timestep - 1.0"),
+            r"own.py:\d+: Fading gave message 0 of robot 1 the time -1 s, no later than",
+        ),
+        (
+            ("        return r.passed == 0.0", "        return 0.25"),
+            r"own.py:\d+: Fading gave message 0 of robot 1 the loss 0.25; expected True or False",
+        ),
+        (
+            ("def loses", "def delays(self, r):\n        return -0.1\n\n    def loses"),
+            r"own.py:\d+: Fading gave message 0 of robot 1 a delay of -0.1 s; expected 0 or more",
+        ),
     ],
-    ids=["raises", "infinite"],
+    ids=["raises", "infinite", "back", "the same", "before the start", "a number", "a negative delay"],
 )  # fmt: skip
 def test_what_it_does_wrong_ends_the_run_with_its_place(
     compiled: None, tmp_path: Path, change: tuple[str, str], said: str, form: str
@@ -128,6 +148,8 @@ def test_what_it_does_wrong_ends_the_run_with_its_place(
     ("change", "said"),
     [
         (("def sends", "def sent"), "has no sends(self, r); did you mean"),
+        (("def loses", "def loose"), 'found loose (line 28), of which nothing knows; did you mean "loses"?'),
+        (("def loses", "def relay"), 'found relay (line 28), of which nothing knows; did you mean "delay"?'),
         (("def sends(self, r: Values)", "def sends(self)"), "takes (self); it is called with (self, r)"),
         (("def passed_next", "def pased_next"), "has no passed_next(self, r)"),
         (("passed: ClassVar[Memory]", "number: ClassVar[Memory]"), "number (line 16) has no number_next"),

@@ -8,7 +8,7 @@ from typing import Annotated
 from escort_mj.behaviors.robots import Robots
 from escort_mj.behaviors.task import ACTIVE, DIRECTIONS, ERROR, TRAITS, Task, kept_task
 from escort_mj.components.component import block_at
-from escort_mj.control.custom.native import NO_NUMBER, NONE, note_failure, table_address
+from escort_mj.control.custom.native import NONE, WRONG, note_failure, table_address
 from escort_mj.native.fields import Array, Fields, Value
 from escort_mj.native.kernels import (
     DOUBLE,
@@ -23,6 +23,7 @@ from escort_mj.native.kernels import (
 from escort_mj.native.lanes import WIDTH
 from escort_mj.native.on_demand import on_demand
 from escort_mj.plan import Plan, State
+from escort_mj.radios.radio import SENDS
 
 NEVER = 1e300
 
@@ -72,10 +73,10 @@ def _asked(block: int, number: int, state: State) -> tuple[bool, int]:
 
 
 @merged
-def _note_no_number(block: int, robot: int, state: State) -> None:
-    """Notes that a component gave a robot or body something that is not a finite number."""
+def _note_wrong(block: int, robot: int, state: State) -> None:
+    """Notes that a component gave a robot or body what cannot be used, see `Component.wrong`."""
     plan_at, state_at = view_addresses(state)
-    note_failure(block, plan_at, state_at, NO_NUMBER - robot)
+    note_failure(block, plan_at, state_at, WRONG - robot)
 
 
 @merged
@@ -95,7 +96,7 @@ def custom_law(plan: Plan, state: State) -> None:
     for i in range(n):
         for k in range(p):
             if not math.isfinite(state.tau[i, k]):
-                _note_no_number(block, i, state)
+                _note_wrong(block, i, state)
 
 
 @on_demand
@@ -110,7 +111,7 @@ def custom_policy(b: int, plan: Plan, state: State) -> int:
     for k in range(state.q.shape[1]):
         total += state.mover_wish[b, k]
     if not failed and not math.isfinite(total):
-        _note_no_number(block, b, state)
+        _note_wrong(block, b, state)
     if failed:
         for k in range(state.q.shape[1]):
             state.mover_wish[b, k] = math.nan
@@ -128,7 +129,7 @@ def custom_estimator(i: int, plan: Plan, state: State) -> None:
     for k in range(state.belief_covariance.shape[1]):
         total += state.belief_covariance[i, k]
     if not failed and not math.isfinite(total):
-        _note_no_number(block, i, state)
+        _note_wrong(block, i, state)
     if failed or not math.isfinite(total):
         for k in range(state.belief.shape[1]):
             state.belief[i, k] = math.nan
@@ -136,16 +137,22 @@ def custom_estimator(i: int, plan: Plan, state: State) -> None:
 
 @on_demand
 def custom_radio(question: int, plan: Plan, state: State) -> None:
-    """Asks a plugin's radio about a message; where it fails, none is sent any more."""
-    block = block_at(plan.radio_place, plan)
-    state.message_due[0] = state.message_delay[0] = 0.0
+    """Asks a plugin's radio about a message; where it fails, none is sent any more.
+
+    Each message is sent later than the one before, is lost or not, and takes no negative time.
+    """
+    block, sender = block_at(plan.radio_place, plan), int(state.message_sender[0])
+    state.message_due[0] = state.message_lost[0] = state.message_delay[0] = 0.0
     failed, _ = _asked(block, question, state)
-    total = state.message_due[0] + state.message_delay[0]
+    total, lost = state.message_due[0] + state.message_delay[0], state.message_lost[0]
     for row in range(state.link_memory.shape[0]):
         total += state.link_memory[row]
-    if not failed and not math.isfinite(total):
-        _note_no_number(block, int(state.message_sender[0]), state)
-    if failed or not math.isfinite(total):
+    good = math.isfinite(total) and state.message_delay[0] >= 0.0 and (lost == 0.0 or lost == 1.0)
+    if question == SENDS and state.message_due[0] <= state.next_message[sender]:
+        good = False
+    if not failed and not good:
+        _note_wrong(block, sender, state)
+    if failed or not good:
         state.message_due[0], state.message_lost[0] = NEVER, 1.0
         state.message_delay[0] = 0.0
 
@@ -161,7 +168,7 @@ def custom_disturbance(d: int, plan: Plan, state: State) -> None:
             if failed:
                 state.disturbance_force[i, k] = math.nan
             elif not math.isfinite(state.disturbance_force[i, k]):
-                _note_no_number(block, i, state)
+                _note_wrong(block, i, state)
 
 
 @on_demand
@@ -174,7 +181,7 @@ def custom_failure(i: int, plan: Plan, state: State) -> None:
         if failed:
             state.failure_command[i, k] = math.nan
     if not failed and not math.isfinite(total):
-        _note_no_number(block, i, state)
+        _note_wrong(block, i, state)
 
 
 @on_demand
@@ -187,7 +194,7 @@ def custom_rule(phase: int, plan: Plan, state: State) -> None:
             if failed:
                 state.compared[robot] = math.nan
             elif not math.isfinite(state.compared[robot]):
-                _note_no_number(block, robot, state)
+                _note_wrong(block, robot, state)
 
 
 @on_demand
@@ -202,7 +209,7 @@ def custom_sensor(s: int, question: int, plan: Plan, state: State) -> None:
         if failed:
             state.sensor_shown[i] = math.nan
         elif not math.isfinite(total):
-            _note_no_number(block, i, state)
+            _note_wrong(block, i, state)
 
 
 @inlined
@@ -230,4 +237,4 @@ def _ask_plugin(block: int, i: int, plan: Plan, state: State) -> None:
         if failed:
             state.asked[robot, DIRECTIONS] = state.asked[robot, ACTIVE] = 1.0
         elif state.asked[robot, ACTIVE] != 0.0 and not math.isfinite(total):
-            _note_no_number(block, robot, state)
+            _note_wrong(block, robot, state)

@@ -31,7 +31,7 @@ from escort_mj.plugin_calls import place_of, step
 MOST = 512  # functions of plugins that a process knows
 RAISED = 1  # status of a call that raised an error
 NONE = -2  # status of numba's functions that return nothing
-NO_NUMBER = -2  # less the robot, in place of a robot: what was written for it is not a finite number
+WRONG = -2  # less the robot, in place of a robot: what was written for it is wrong, see `wrong`
 
 _table = (ctypes.c_int64 * (1 + 2 * MOST))()  # how many; then number and address of each
 _lock = threading.Lock()
@@ -284,9 +284,10 @@ def _note_failure(own: int, plan: int, state: int, robot: int) -> None:
         return
     slot = _slots.get(int(vector_at(own, 1)[0]))
     words = "the model needs a plugin that this process has not loaded"
-    if slot is not None and robot <= NO_NUMBER:
-        given = slot.model.gives.format(NO_NUMBER - robot + 1)
-        words = f"{_place(slot.function)}: {slot.model.__name__} gave {given} that is not a finite number"
+    if slot is not None and robot <= WRONG:
+        view = layout_with(slot.model.view).read(slot.model.view, plan, state)
+        given = slot.model.wrong(view, WRONG - robot + 1)
+        words = f"{_place(slot.function)}: {slot.model.__name__} gave {given}"
     elif slot is not None:
         words = f"{_place(slot.function)}: the compiled form raised an error that its Python form does not"
         try:

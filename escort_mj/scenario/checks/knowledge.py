@@ -173,6 +173,8 @@ def check_communication(mission: Mission) -> Iterator[Finding]:
             yield from _numbers(scenario, (*place, "groups", number), group)
         if twice := sorted({robot for robot in members if members.count(robot) > 1}):
             yield Finding((*place, "groups"), f"found robot {twice[0]} in two groups; expected one")
+    for key, words in communication.misfits(scenario.physics.timestep):
+        yield Finding((*path, key), words)
     yield from _on_their_way(scenario, path)
 
 

@@ -11,7 +11,7 @@ from pydantic import ValidationError
 
 from escort_mj.behaviors.behavior import Behavior
 from escort_mj.components.component import Compiled, Component
-from escort_mj.components.equations import Equations, kind_word
+from escort_mj.components.equations import Equations, Memory, kind_word
 from escort_mj.components.parameters import Member, Parameters
 from escort_mj.disturbances import Disturbance
 from escort_mj.errors import PluginError
@@ -30,6 +30,8 @@ from escort_mj.sensors import QUANTITIES, Sensor
 from escort_mj.signals import SIGNALS
 
 NAME = re.compile(r"[a-z][a-z0-9_]{0,39}\Z")
+GENERAL = (Component, Equations, Member, Parameters)
+"""Bases of components of all kinds."""
 OLD: dict[type[Equations], tuple[str, str]] = {
     Behavior: ("wish", "which returns keep(...), across(...), move(...) or at_least(...)"),
     Policy: ("velocity", "which returns a vector; acts(self, r) says whether it acts"),
@@ -77,6 +79,7 @@ def check_shape(model: type[Any], source: str) -> None:
         _check_sensor(model, place)
     if issubclass(model, Failure) and model.motors not in MOTORS:
         raise PluginError(f"{place}: found motors = {model.motors!r}; expected {listed(MOTORS)}")
+    _check_names(model, place)
 
 
 def _check_settings(model: type[Any], place: str) -> None:
@@ -87,6 +90,30 @@ def _check_settings(model: type[Any], place: str) -> None:
             if type(of_base) is kind and not isinstance(value, kind) and not name.startswith("_"):
                 found = f"found {name} = {value!r:.80}{_line_of(model, name)}"
                 raise PluginError(f"{place}: {found}; expected {words}")
+
+
+def _check_names(model: type[Any], place: str) -> None:
+    """It has no public name that is almost one of its base class, which would be left unused."""
+    theirs = [
+        base for base in model.__mro__ if base.__module__.split(".")[0] not in ("escort_mj", "pydantic")
+    ]
+    ours = [base for base in model.__mro__ if base not in (*theirs, *GENERAL)]
+    known = [pair for base in ours for pair in vars(base).items() if pair[0][0] != "_"]
+    methods = [name for name, value in known if _is_method(value)] + [*ours[0].model_fields]
+    others = ["compiled", *(name for name, value in known if not hasattr(value, "__get__"))]
+    for base in theirs[:-1]:  # the last is object
+        for name, value in vars(base).items():
+            if name.startswith(("_", "model_")) or hasattr(ours[0], name) or isinstance(value, Memory):
+                continue
+            if near := did_you_mean(name, methods if _is_method(value) else others, cutoff=0.8):
+                words = f"found {name}{_line(getattr(value, 'fget', value)) or _line_of(base, name)}"
+                own = "a name of your own that is so alike begins with _"
+                raise PluginError(f"{place}: {words}, of which nothing knows{near} ({own})")
+
+
+def _is_method(value: Any) -> bool:
+    """Whether it is a method or a property."""
+    return callable(value) or isinstance(value, property)
 
 
 def _check_estimator(model: type[Estimator], place: str) -> None:
