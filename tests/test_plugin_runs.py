@@ -158,12 +158,23 @@ def test_a_study_runs_them_in_worker_processes_and_knows_their_content(compiled,
     assert not set(keys) & {run.key for run in changed.runs()}
 
 
-def test_a_law_that_returns_nothing_is_told(compiled, folder):
-    text = LAW.replace('"pid"', '"mute"').replace("        return r.rho_hat", "        r.rho_hat")
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (("        return r.rho_hat", "        r.rho_hat"), "force returned None"),
+        (("return r.rho_hat", "return (1.0, 2.0)  #"), r"force returned values of shape \(2,\)"),
+        (
+            ("return self.integral_gain * r.s", "return r.s[:1]"),
+            r"rho_hat_rate returned values of shape \(1, 2\)",
+        ),
+    ],
+)
+def test_a_law_that_returns_something_else_is_told(compiled, folder, change, said):
+    text = LAW.replace('"pid"', '"mute"').replace(*change)
     (folder / "mute.py").write_text(text)
     run = api.run(api.load_scenario(folder / "own.yaml", ["controller=mute"], [str(folder / "mute.py")]))
     assert run.outcome is Outcome.FAILED
-    assert re.search(r"mute.py:\d+: TypeError: force returned None; expected values", run.message)
+    assert re.search(rf"mute.py:\d+: TypeError: {said}; expected values", run.message)
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,8 @@ from functools import cache
 from itertools import pairwise
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, NamedTuple
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, field_validator
+from pydantic_core import PydanticKnownError
 
 if TYPE_CHECKING:
     from pydantic import GetJsonSchemaHandler
@@ -26,8 +27,22 @@ Mass = Annotated[float, Field(ge=1e-6, le=1e9)]
 class Parameters(BaseModel):
     """Base of every table of parameters that a scenario can set."""
 
+    largest: ClassVar[float] = 1e30
+    """Largest size of its numbers: what is worked out with them stays finite."""
+
     # pydantic's own `use_attribute_docstrings` reads all sources at import, which takes 0.2 s.
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, defer_build=True)
+
+    @field_validator("*")
+    @classmethod
+    def _not_too_large(cls, value: Any) -> Any:
+        for number in value if isinstance(value, tuple) else (value,):
+            if isinstance(number, float) and abs(number) > cls.largest:
+                bound = ("less_than_equal", {"le": cls.largest})
+                if number < 0.0:
+                    bound = ("greater_than_equal", {"ge": -cls.largest})
+                raise PydanticKnownError(*bound)
+        return value
 
     @classmethod
     def __get_pydantic_json_schema__(

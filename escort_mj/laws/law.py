@@ -1,5 +1,6 @@
 """Base of laws: what force each robot is to have, so that it follows the reference of the outer loop."""
 
+import math
 from collections.abc import Callable, Mapping
 from typing import Any, ClassVar
 
@@ -52,6 +53,7 @@ class Law(Equations):
     """Whether the proof's Lyapunov function V1 is this law's."""
     differentiates: ClassVar[bool] = False
     """Whether it is given the filtered derivative of v_d: it has a parameter `acceleration_filter`."""
+    largest: ClassVar[float] = math.inf  # a run tells of a force that is not finite
     title: ClassVar[str] = ""
     """What tables and figures call it; by default its name."""
     own_keys: ClassVar[frozenset[str]] = frozenset()
@@ -139,18 +141,18 @@ class Law(Equations):
             rates.append((name + RATE, getattr(self, name + RATE), written))
 
         def evaluate() -> None:
-            found = force(r)
-            if found is None:
-                raise TypeError("force returned None; expected values, such as those of r.e")
-            np.copyto(tau, found)  # complex numbers are an error, which an assignment would take
+            write(tau, force(r), "force")
             if has_mass:
                 a = np.broadcast_to(acceleration(r), (n, p))
                 tau[:] += np.einsum("iab,ib->ia", view.model_mass.reshape(n, p, p), a)
             for name, rate, written in rates:
-                found = rate(r)
-                if found is None:
-                    raise TypeError(f"{name} returned None; expected values, such as those of r.e")
-                np.copyto(written, found)
+                write(written, rate(r), name)
+
+        def write(values: Any, found: Any, name: str) -> None:
+            if np.shape(found) not in ((), (n, p)) or found is None:
+                said = f"{found!r:.80}" if np.shape(found) == () else f"values of shape {np.shape(found)}"
+                raise TypeError(f"{name} returned {said}; expected values, such as those of r.e, or a number")
+            np.copyto(values, found)  # complex numbers are an error, which an assignment would take
 
         return evaluate
 

@@ -120,7 +120,7 @@ GIVEN = {"noise": "draws", "common_noise": "draws", "bias": "needs_model", "v_d_
 def unknown(name: str, names: Iterable[str]) -> str:
     """Return what to say of a name that cannot be read, where only some names can."""
     if name in GIVEN:
-        return f'"{name}" is given to what has the line  {GIVEN[name]}: ClassVar[bool] = True'
+        return f'"{name}" is given to what has the line {GIVEN[name]}: ClassVar[bool] = True'
     known = sorted(names)
     near = get_close_matches(name, known, 1)
     hint = f'; did you mean "{near[0]}"?' if near else ""

@@ -103,6 +103,7 @@ _SAID = {
     _NO_FUNCTION + r"built-in function getitem": "what is read has no such index",
     _NO_FUNCTION
     + r"(?:built-in )?\w+ '?(\w+)": "there is no {} of what it is given; docs/plugins.md lists what there is",
+    r"'\w+' object has no attribute 'room'": "found a number; expected a vector, such as r.q",
     r"No definition for lowering .*\.(\w+) = ": "{} cannot be written",
 }
 

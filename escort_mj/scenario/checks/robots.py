@@ -62,7 +62,7 @@ def check_kinds(mission: Mission) -> Iterator[Finding]:
 
 
 def check_motors(mission: Mission) -> Iterator[Finding]:
-    """One gain for each motor that a robot has, given or drawn."""
+    """One gain for each motor that a robot has, given or drawn, and commands that are obeyed."""
     scenario = mission.scenario
     robots = scenario.robots
     everyone: tuple[Path, Actuators] = (("robots", "actuators"), robots.actuators)
@@ -74,6 +74,11 @@ def check_motors(mission: Mission) -> Iterator[Finding]:
         (path, kind.kind): (actuators, kind)
         for (path, actuators), kind in zip(owners, mission.kinds, strict=True)
     }
+    for (path, own), limit in zip(owners, _each(scenario, "force_limit"), strict=True):
+        if limit is not None and own.dead_zone >= limit:
+            words = f"found {own.dead_zone:g} N; expected less than force_limit, {limit:g} N"
+            yield Finding((*path, "dead_zone"), words)
+            break
     for (path, name), (actuators, kind) in cases.items():
         if actuators.gains is None:
             continue

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import inspect
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Hashable
+from inspect import isfunction
 from typing import Any, Literal, get_args, get_origin
 
 from pydantic import ValidationError
@@ -63,8 +64,6 @@ def check_shape(model: type[Any], source: str) -> None:
             model.numbers()
         except TypeError as error:
             raise PluginError(f"{place}: {error}") from None
-    if issubclass(model, Behavior):
-        _check_signature(model.avoidance, ["self", "setup"], place)
     if issubclass(model, RobotKind):
         check_name(model, place)
         if not (model.mjcf or model.part):
@@ -93,7 +92,10 @@ def _check_settings(model: type[Any], place: str) -> None:
 
 
 def _check_names(model: type[Any], place: str) -> None:
-    """It has no public name that is almost one of its base class, which would be left unused."""
+    """It has no public name that is almost one of its base class, which would be left unused.
+
+    What it has in place of methods of the base class is called as these are; Python's own methods are left.
+    """
     theirs = [
         base for base in model.__mro__ if base.__module__.split(".")[0] not in ("escort_mj", "pydantic")
     ]
@@ -103,6 +105,17 @@ def _check_names(model: type[Any], place: str) -> None:
     others = ["compiled", *(name for name, value in known if not hasattr(value, "__get__"))]
     for base in theirs[:-1]:  # the last is object
         for name, value in vars(base).items():
+            of_base = getattr(ours[0], name, None)
+            if (
+                isfunction(value)
+                and name.startswith(("__", "model_"))
+                and value.__module__ == base.__module__
+            ):
+                words = "a component has parameters, and methods with names of their own"
+                raise PluginError(f"{place}: found {name}{_line(value)}; {words}")
+            if isfunction(value) and isfunction(of_base) and name[0] != "_":
+                given = inspect.signature(of_base).parameters.items()
+                _check_signature(value, [key for key, one in given if one.default is one.empty], place)
             if name.startswith(("_", "model_")) or hasattr(ours[0], name) or isinstance(value, Memory):
                 continue
             if near := did_you_mean(name, methods if _is_method(value) else others, cutoff=0.8):
@@ -194,6 +207,9 @@ def check_defaults(model: type[Any], place: str) -> None:
         if field.is_required() and name not in (*vectors, *base.model_fields):
             raise PluginError(f"{place}: the parameter {name} has no default")
         own = name in vars(model).get("__annotations__", {})
+        if own and not isinstance(field.get_default(call_default_factory=True), Hashable):
+            words = f"found {name}{_line_of(model, name)}, a list or the like; expected a tuple"
+            raise PluginError(f"{place}: {words}")
         if own and field.default_factory is None and not field.is_required():
             try:
                 model.__pydantic_validator__.validate_assignment(model.model_construct(), name, field.default)

@@ -133,6 +133,9 @@ class TestWrongPlugins:
             (("    law: L", "    needs_model = 1\n    law: L"), "found needs_model = 1 (line 14); expected"),
             (("    law: L", "    title = 3\n    law: L"), "found title = 3 (line 14); expected a text"),
             (("float = 1e9", "list[float] = []"), "fails_at: found list[float]; a parameter of a law"),
+            (("    law: L", "    compield: ClassVar[bool] = True\n    law: L"), 'did you mean "compiled"?'),
+            (("    def force", "    def __init__(self): ...\n    def force"), "found __init__ (line 24)"),
+            (("def rho_hat_rate(self, r: Values)", "def rho_hat_rate(self)"), "takes (self); it is"),
             (("fails_at: float = 1e9", "fails_at: float"), "the parameter fails_at has no default"),
             (("float = 1e9", 'float = "x"'), "fails_at (line 21): found the default 'x'; input should be"),
             (("from pydantic", "from pidan"), "own_law.py:6: ModuleNotFoundError: No module named 'pidan'"),
@@ -204,7 +207,7 @@ class TestWrongPlugins:
         [
             ("r.rho_hatt", '"rho_hatt" is nothing that can be read here; .*; did you mean "rho_hat"?'),
             ("self.integral_gian * r.e", '"integral_gian" is nothing .*; did you mean "integral_gain"?'),
-            ("r.bias", '"bias" is nothing that can be read here; expected one of e, '),
+            ("r.bias", '"bias" is given to what has the line needs_model: '),
             ("np.exp(r.e)", "there is no exp of what it is given"),
             ("np.linalg.norm(r.e)", "there is no norm of what it is given"),
             ("(r.e if r.e > 0.0 else r.s)", "if, and, or and not take numbers"),
