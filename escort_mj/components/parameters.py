@@ -38,10 +38,9 @@ class Parameters(BaseModel):
     def _not_too_large(cls, value: Any) -> Any:
         for number in value if isinstance(value, tuple) else (value,):
             if isinstance(number, float) and abs(number) > cls.largest:
-                bound = ("less_than_equal", {"le": cls.largest})
                 if number < 0.0:
-                    bound = ("greater_than_equal", {"ge": -cls.largest})
-                raise PydanticKnownError(*bound)
+                    raise PydanticKnownError("greater_than_equal", {"ge": -cls.largest})
+                raise PydanticKnownError("less_than_equal", {"le": cls.largest})
         return value
 
     @classmethod

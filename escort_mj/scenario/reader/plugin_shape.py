@@ -99,7 +99,7 @@ def _check_names(model: type[Any], place: str) -> None:
     theirs = [
         base for base in model.__mro__ if base.__module__.split(".")[0] not in ("escort_mj", "pydantic")
     ]
-    ours = [base for base in model.__mro__ if base not in (*theirs, *GENERAL)]
+    ours: list[Any] = [base for base in model.__mro__ if base not in (*theirs, *GENERAL)]
     known = [pair for base in ours for pair in vars(base).items() if pair[0][0] != "_"]
     methods = [name for name, value in known if _is_method(value)] + [*ours[0].model_fields]
     others = ["compiled", *(name for name, value in known if not hasattr(value, "__get__"))]
