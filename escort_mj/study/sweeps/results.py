@@ -12,12 +12,12 @@ from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, Field, ValidationError
+from pydantic import BaseModel, Field
 
 from escort_mj.errors import RunFolderError, UsageError
-from escort_mj.files import read_json, write_text
+from escort_mj.files import checked, read_json, write_text
 from escort_mj.metrics import METRICS
-from escort_mj.scenario.findings import key_path, parse_key_path
+from escort_mj.scenario.findings import parse_key_path
 from escort_mj.scenario.reader.dump import flow
 from escort_mj.scenario.reader.files.paths import locate
 from escort_mj.study.engine.store import Row, open_store
@@ -489,13 +489,7 @@ def _checked(facts: Any, path: Path) -> dict[str, Any]:
     Raises:
         RunFolderError: If they are not what `facts_of` returns.
     """
-    try:
-        _Facts.model_validate(facts)
-    except ValidationError as error:
-        first = error.errors()[0]
-        raise RunFolderError(
-            f"{path}: is damaged: {key_path(first['loc'])}: {first['msg'].lower()}"
-        ) from None
+    checked(_Facts, facts, path)
     for place, (cell, seed, key) in enumerate(facts["runs"]):
         known = type(cell) is int and 0 <= cell < len(facts["cells"])
         if not known or type(seed) is not int or not isinstance(key, str):
