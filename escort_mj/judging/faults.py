@@ -43,7 +43,8 @@ def span_of(log: Log, scenario: Scenario, start: float | None) -> tuple[float, f
         if gap.start < end < gap.end:
             end = gap.start
     timestep = scenario.physics.timestep
-    whole = last_step(end - begun, timestep) * timestep if end > begun else 0.0
+    logged = min(end - begun, 2.0 * scenario.duration)  # a stamp may be infinite
+    whole = last_step(logged, timestep) * timestep if end > begun else 0.0
     return begun, min(scenario.duration, whole)
 
 

@@ -252,6 +252,10 @@ FAULTS = {
     "millimeters": (lambda t: scaled(t, 1e3), "positions must be in meters"),
     "milliseconds": (lambda t: t.assign(time=1e3 * t.time), "time must be in seconds"),
     "km/h": (lambda t: t.assign(**{"robot_1.vx": 100.0, "robot_1.vy": 0.0}), "velocities in m/s"),
+    "no end": (
+        lambda t: t.assign(time=t.time.where(t.time < t.time.max(), np.inf)),
+        "robot_1: a time stamp is not a finite number",
+    ),
     "no time": (lambda t: t.rename(columns={"time": "stamp"}), "there is no column time"),
     "nothing": (lambda t: t[:0], "robot_1: 0 complete rows"),
 }
