@@ -323,7 +323,7 @@ class State(Fields):
     message_due: Array  # (1) [s]
     message_lost: Array  # (1) [1]
     message_delay: Array  # (1) [s]
-    next_message: Array  # (hearing) [1]
+    next_message: Array  # (hearing) [s]
     radio_next: Array  # (2) [1]
     sent_step: Array  # (hearing, depth) [1]
     sent_position: Array  # (hearing*depth, p) [m]

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from escort_mj.components.parameters import Parameters
 from escort_mj.control.setup import Setup
 from escort_mj.failures import Dead
 from escort_mj.numerics.thomson import even_figure, even_points
@@ -15,7 +16,7 @@ from escort_mj.numerics.thomson import even_figure, even_points
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
-NEVER = 1e300  # s
+NEVER = Parameters.largest  # s
 PREPARED = 4  # robots fewer for which even points in space are solved before the mission
 
 

@@ -80,28 +80,12 @@ def check_clearance(mission: Mission) -> Iterator[Finding]:
             yield Finding(
                 (*body.path, "position"), f"{_the(body)}overlaps the target by {-gap:.3g} m at the start"
             )
-        elif body.path[0] == "opponents":
-            reach = scenario.opponents[int(body.path[1])].reach_distance
-            yield from _ends_at_once(body, "reach_distance", reach, gap, "the target")
     try:
         robots = mission.team
     except ScenarioError as error:
         yield from (Finding(("robots", "placement"), fault.message) for fault in error.faults)
         return
     yield from _overlaps(mission, robots, np.linalg.norm(robots.position - target, axis=1) - radius)
-    for body in mission.obstacles:
-        if body.path[0] == "opponents":
-            gaps = body.gaps(robots.position) - robots.radius
-            nearest, capture = int(np.argmin(gaps)), scenario.opponents[int(body.path[1])].capture_distance
-            at = float(gaps[nearest])
-            yield from _ends_at_once(body, "capture_distance", capture, at, f"robot {nearest + 1}")
-
-
-def _ends_at_once(body: Body, key: str, distance: float, gap: float, other: str) -> Iterator[Finding]:
-    """An opponent that is captured, or has reached the target, before it sets out."""
-    if 0.0 <= gap <= distance:
-        words = f"found {distance:g} m; {body.name} begins {gap:.3g} m from {other}; expected less"
-        yield Finding((*body.path, key), words)
 
 
 def _overlaps(mission: Mission, robots: Placement, to_target: Array) -> Iterator[Finding]:

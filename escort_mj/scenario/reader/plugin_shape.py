@@ -118,6 +118,8 @@ def _check_names(model: type[Any], place: str) -> None:
                 _check_signature(value, [key for key, one in given if one.default is one.empty], place)
             if name.startswith(("_", "model_")) or hasattr(ours[0], name) or isinstance(value, Memory):
                 continue
+            if isinstance(getattr(model, name.removesuffix("_rate"), None), Memory):
+                continue
             if near := did_you_mean(name, methods if _is_method(value) else others, cutoff=0.8):
                 words = f"found {name}{_line(getattr(value, 'fget', value)) or _line_of(base, name)}"
                 own = "a name of your own that is so alike begins with _"

@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from escort_mj.components.parameters import Parameters
 from escort_mj.errors import ScenarioError
 from escort_mj.recognize import scenarios_in
 from escort_mj.scenario import Scenario, dump_scenario, json_schema, load_file, parse_scenario
@@ -19,7 +20,7 @@ SCENARIOS = Path(__file__).parents[3] / "scenarios"
 SHIPPED = list(scenarios_in(SCENARIOS))
 loaded = cache(load_file)
 
-bounds = st.floats(allow_nan=False, allow_infinity=False).filter(lambda x: x == 0.0 or abs(x) >= SMALLEST)
+bounds = st.floats(-Parameters.largest, Parameters.largest).filter(lambda x: x == 0.0 or abs(x) >= SMALLEST)
 numbers = st.floats(-1e6, 1e6).map(lambda number: 0.0 if abs(number) < SMALLEST else number)
 expressions = st.sampled_from(["t", "3 + 0.1*t", "sin(0.1*t)", "-t**2/1e6"])
 names = st.text(
