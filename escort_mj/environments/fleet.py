@@ -24,7 +24,7 @@ from escort_mj.control.custom.native import any_failure
 from escort_mj.environments.rivals import RivalReward, Rivals
 from escort_mj.environments.senses import Command, Reward, Seen, Senses
 from escort_mj.errors import UsageError
-from escort_mj.mission import Flight, completed, examine, take_back
+from escort_mj.mission import Flight, completed, distances_of, examine, take_back
 from escort_mj.mission.session import Session
 from escort_mj.native.on_demand import waited
 from escort_mj.record.outcome import Outcome
@@ -329,7 +329,8 @@ class Fleet:
             for k in missions:
                 session = self.missions[k]
                 rows = several[k].rows if k in several else session.plant.record[None]
-                kept, found, message = examine(rows, session.plant, session.bound)
+                distances = distances_of(rows, session.world.sizes)
+                kept, found, message = examine(rows, distances, session.plant, session.bound)
                 if found is not Outcome.COMPLETED:
                     self._stands(k, found, message)
                 if self._keep:

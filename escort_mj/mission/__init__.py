@@ -325,7 +325,7 @@ def completed(samples: Array) -> str:
 
 
 def take(plant: Plant, rows: Array, bound: float, look: bool = True) -> tuple[int, Array, Outcome, str]:
-    """Takes samples, and looks whether to go on; what is not worth keeping is taken back.
+    """Take samples, and look whether to go on; what is not worth keeping is taken back.
 
     Args:
         plant: Is simulated on, to the last sample that is worth keeping.
@@ -338,16 +338,18 @@ def take(plant: Plant, rows: Array, bound: float, look: bool = True) -> tuple[in
     """
     mark, began = plant.mark(), plant.steps
     taken, ended = plant.fill(rows, look)
-    kept, outcome, message = examine(rows[:taken], plant, bound)
-    if outcome is Outcome.COMPLETED and (strayed := _strayed(plant, mark, began, rows[:taken], bound)):
-        kept, outcome, message = strayed
+    distances = distances_of(rows[:taken], plant.world.sizes)
+    kept, outcome, message = examine(rows[:taken], distances, plant, bound)
+    if outcome is Outcome.COMPLETED:
+        strayed = _strayed(plant, mark, began, rows[:taken], distances, bound)
+        kept, outcome, message = strayed or (kept, outcome, message)
     if kept < taken:
         ended = take_back(plant, mark, kept)
     return kept, ended, outcome, message
 
 
 def _strayed(
-    plant: Plant, mark: Mark, began: int, block: Array, bound: float
+    plant: Plant, mark: Mark, began: int, block: Array, distances: Array, bound: float
 ) -> tuple[int, Outcome, str] | None:
     """Look between samples for a robot that was too far away for a moment.
 
@@ -358,6 +360,7 @@ def _strayed(
         mark: Where they begin.
         began: How many physics steps had been taken there.
         block: The samples, shape (k, record_size), in each of which all robots are near enough.
+        distances: See `distances_of`.
         bound: See `bound_of`.
 
     Returns:
@@ -366,12 +369,12 @@ def _strayed(
     sizes, schedule = plant.world.sizes, plant.world.schedule
     timestep, first = plant.world.scenario.physics.timestep, schedule.before(began)
     ends = [schedule.step(first + row) for row in range(len(block))]
-    elapsed = np.diff(ends, prepend=began)[:, np.newaxis] * timestep
+    elapsed = (np.array(ends) - [began, *ends[:-1]])[:, np.newaxis] * timestep
     robots, target = (block[:, columns(name, sizes)] for name in ("speed_max", "target_speed_max"))
-    nearer = bound - (robots + target) * elapsed
-    open_rows = np.flatnonzero((_distances(block, sizes) > nearer).any(axis=1))
-    if not len(open_rows):
+    may_stray = distances > bound - (robots + target) * elapsed
+    if not may_stray.any():
         return None
+    open_rows = np.flatnonzero(may_stray.any(axis=1))
     after = plant.mark()
     plant.back_to(mark)
     with stopping.deaf():
@@ -379,22 +382,23 @@ def _strayed(
             plant.fill(np.empty((row + first - schedule.before(plant.steps), plant.world.record_size)))
             while plant.steps < ends[row]:
                 plant.step(1)
-                now = plant.record
-                if far := _far_away(now[np.newaxis], sizes, bound):
+                now = plant.record[np.newaxis]
+                if far := _far_away(now, distances_of(now, sizes), sizes, bound):
                     plant.back_to(after)
                     return int(row) + 1, Outcome.DIVERGED, far[1]
     plant.back_to(after)
     return None
 
 
-def _distances(block: Array, sizes: Mapping[str, int]) -> Array:
-    """Distance of each robot to the target in some samples, shape (k, n) [m].
+def distances_of(block: Array, sizes: Mapping[str, int]) -> Array:
+    """Return the distance of each robot to the target in some samples, shape (k, n) [m].
 
     It is 0 of those that are lost: wherever they drift, the mission goes on.
     """
     place, target, lost = (block[:, columns(name, sizes)] for name in ("q", "target_position", "lost"))
-    away = place.reshape(len(block), sizes["robot"], sizes["axis"]) - target[:, np.newaxis]
-    return np.where(lost > 0.0, 0.0, np.sqrt((away * away).sum(axis=2)))
+    with np.errstate(invalid="ignore", over="ignore"):  # of a state that is no number any longer
+        away = place.reshape(len(block), sizes["robot"], sizes["axis"]) - target[:, np.newaxis]
+        return np.where(lost > 0.0, 0.0, np.sqrt((away * away).sum(axis=2)))
 
 
 def _limits(block: Array, sizes: Mapping[str, int], bound: float) -> Array | float:
@@ -404,15 +408,16 @@ def _limits(block: Array, sizes: Mapping[str, int], bound: float) -> Array | flo
     return np.maximum(bound, DIVERGED_BEYOND * block[:, columns("kept_radius", sizes)])
 
 
-def _far_away(block: Array, sizes: Mapping[str, int], bound: float) -> tuple[int, str] | None:
+def _far_away(
+    block: Array, distances: Array, sizes: Mapping[str, int], bound: float
+) -> tuple[int, str] | None:
     """Return the first sample with a robot beyond a distance to the target [m], and which, in words."""
-    distance = _distances(block, sizes)
-    far = distance > _limits(block, sizes, bound)
+    far = distances > _limits(block, sizes, bound)
     if not far.any():
         return None
     first = int(np.argmax(far.any(axis=1)))
-    robot = int(np.argmax(np.where(far[first], distance[first], 0.0)))
-    away = f"{distance[first, robot]:.0f} m from the target at {block[first, TIME]:.2f} s"
+    robot = int(np.argmax(np.where(far[first], distances[first], 0.0)))
+    away = f"{distances[first, robot]:.0f} m from the target at {block[first, TIME]:.2f} s"
     return first, f"robot {robot + 1} is {away}"
 
 
@@ -435,8 +440,14 @@ def take_back(plant: Plant, mark: Mark, kept: int) -> Array:
     return ended
 
 
-def examine(block: Array, plant: Plant, bound: float) -> tuple[int, Outcome, str]:
-    """Looks at a block of samples.
+def examine(block: Array, distances: Array, plant: Plant, bound: float) -> tuple[int, Outcome, str]:
+    """Look at a block of samples.
+
+    Args:
+        block: The samples, shape (k, record_size).
+        distances: See `distances_of`.
+        plant: Has simulated them.
+        bound: See `bound_of`.
 
     Returns:
         How many of its samples to keep, and how things stand.
@@ -456,7 +467,7 @@ def examine(block: Array, plant: Plant, bound: float) -> tuple[int, Outcome, str
         words = ", ".join(f"{name} ({count} times)" for name, count in warnings.items())
         words += _excess(block, plant)
         return keep, Outcome.UNSTABLE, f"MuJoCo warned by {block[-1, TIME]:.2f} s: {words}"
-    if far := _far_away(block[:keep], sizes, bound):
+    if far := _far_away(block[:keep], distances[:keep], sizes, bound):
         return far[0] + 1, Outcome.DIVERGED, far[1]
     if keep < len(block):
         moment = f" after {block[keep - 1, TIME]:.2f} s" if keep else ""
