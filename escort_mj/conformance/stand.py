@@ -144,10 +144,10 @@ class Stand:
         """
         for name in () if self._trial.keeps_outputs else type(self.own).outputs:
             getattr(self.state, name)[...] = 0.0
-        native.forget(self._memory)
         returned = native.invoke(self._number, self._block, self._plan, self._memory, robot)
         if returned is None:
             found = native.failure(self._memory)
+            native.forget(self._memory)
             raise BrokenError("runs", found.message if found else "failed")
         return returned
 
