@@ -17,7 +17,7 @@ from tests.plugged import COMPILED, LAW, SCENARIO
 SIGNALS = ("q", "tau", "rho_hat")
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="session")
 def folder(tmp_path_factory):
     made = tmp_path_factory.mktemp("plugins")
     (made / "own_law.py").write_text(LAW + COMPILED)

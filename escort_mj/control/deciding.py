@@ -2,21 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Annotated, Any
 
-from escort_mj.components.component import block_at, number_of, reader
-from escort_mj.components.dispatch import one_of
+from escort_mj.components.component import block_at, number_of
 from escort_mj.components.movers import COMES, COMMANDED, NO_POLICY
 from escort_mj.components.setup import MissionSetup
 from escort_mj.control.custom.calls import custom_policy
+from escort_mj.control.members import asker
 from escort_mj.control.opponents import aim, turn_back
 from escort_mj.native.fields import Array, Fields, Value
-from escort_mj.native.kernels import inlined, inlined_once, reachable, stack_memory, vector_at
+from escort_mj.native.kernels import stack_memory, vector_at
 from escort_mj.native.on_demand import on_demand_unrolled
 from escort_mj.plan import Plan, State
-from escort_mj.policies import POLICIES, Policy
-from escort_mj.policies.body import policy_view
+from escort_mj.policies import POLICIES
 from escort_mj.policies.learned import packed_networks
 from escort_mj.policies.policy import ACTS, RESTS
 
@@ -71,21 +69,10 @@ def decide(plan: Plan, state: State) -> None:
         elif plan.mover_policy[b] != NO_POLICY:
             if teams:
                 aim(b, plan, state)
-            state.mover_acts[b] = _ask(int(plan.mover_policy[b]), b, plan, state)
+            block = block_at(int(plan.mover_place[b]), plan)
+            state.mover_acts[b] = _ask(int(plan.mover_policy[b]), block, b, plan, state)
     for k in range(p):
         state.target_position[k], state.target_velocity[k] = kept[k], kept[p + k]
 
 
-def _kernel_of(policy: type[Policy]) -> Callable[..., Any]:
-    """Return a kernel that asks a policy that ships."""
-    equations = {name: inlined_once(equation) for name, equation in policy.equations().items()}
-    decides, read = inlined(policy.evaluation(inlined, equations)), reader(policy)
-
-    def ask(b: int, plan: Plan, state: State) -> int:
-        asked: int = decides(read(block_at(int(plan.mover_place[b]), plan), 0), policy_view(state), b)
-        return asked
-
-    return on_demand_unrolled(reachable(ask, f"ask_{policy.own_name()}"))
-
-
-_ask = one_of([*map(_kernel_of, POLICIES), custom_policy])
+_ask = asker(POLICIES, custom_policy, on_demand_unrolled)

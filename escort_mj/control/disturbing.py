@@ -2,22 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Annotated, Any
 
-from escort_mj.components.component import number_of, reader
-from escort_mj.components.dispatch import one_of
+from escort_mj.components.component import block_at, number_of
 from escort_mj.components.setup import MissionSetup
 from escort_mj.control.custom.calls import custom_disturbance
+from escort_mj.control.members import asker
 from escort_mj.disturbances import DISTURBANCES, Disturbance
-from escort_mj.disturbances.disturbance import disturbance_view
 from escort_mj.native.fields import Array, Fields, Value
 from escort_mj.native.kernels import (
-    DOUBLE,
-    data_address,
-    inlined,
-    inlined_once,
-    reachable,
     stack_memory,
     vector_at,
 )
@@ -69,7 +62,8 @@ def disturb(plan: Plan, state: State) -> None:
             _draw(d, plan, state)
         if state.component_memory.shape[0] > 0:
             state.memory_row[0] = plan.disturbance_row[d]
-        _push(int(plan.disturbance_kind[d]), d, plan, state)
+        block = block_at(int(plan.disturbance_place[d]), plan)
+        _push(int(plan.disturbance_kind[d]), block, plan, state)
         for at in range(0, n * p, WIDTH):
             store(state.disturbance, at, load(state.disturbance, at) + load(state.disturbance_force, at))
 
@@ -88,16 +82,4 @@ def _draw(d: int, plan: Plan, state: State) -> None:
                 state.common_noise[k] = drawn[k]
 
 
-def _kernel_of(disturbance: type[Disturbance]) -> Callable[..., Any]:
-    """Return a kernel that has a disturbance that ships push all robots."""
-    equations = {name: inlined_once(equation) for name, equation in disturbance.equations().items()}
-    write, read = inlined(disturbance.evaluation(inlined, equations)), reader(disturbance)
-
-    def push(d: int, plan: Plan, state: State) -> None:
-        place = int(plan.disturbance_place[d])
-        write(read(data_address(plan.parameters) + DOUBLE * place, 0), disturbance_view(state))
-
-    return on_demand_unrolled(reachable(push, f"push_by_{disturbance.own_name()}"))
-
-
-_push = one_of([*map(_kernel_of, EQUATED), custom_disturbance])
+_push = asker(EQUATED, custom_disturbance, on_demand_unrolled)

@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from typing import Annotated, Any
 
 import numpy as np
 
 from escort_mj.components.component import block_at, number_of, reader
-from escort_mj.components.dispatch import one_of
 from escort_mj.components.setup import MissionSetup
 from escort_mj.control.custom.calls import custom_failure
+from escort_mj.control.members import asker
 from escort_mj.failures import FAILURES, Failure
-from escort_mj.failures.failure import MOTORS, failure_view
+from escort_mj.failures.failure import MOTORS
 from escort_mj.native.fields import Array, Fields, Value
-from escort_mj.native.kernels import inlined, inlined_once, reachable, view_addresses
+from escort_mj.native.kernels import inlined
 from escort_mj.native.on_demand import on_demand
 from escort_mj.numerics.noise import uniform
 from escort_mj.numerics.reform import reform
@@ -137,22 +136,9 @@ def command_failing_motors(plan: Plan, state: State) -> None:
                 draw = int(age / every)
             uniform(i, 1.0, plan.seed, draw, state.failure_draw[i])
             state.failure_age[0] = age
-            _fail(int(plan.failure[i]), i, plan, state)
+            _fail(int(plan.failure[i]), block_at(int(plan.failure_place[i]), plan), i, plan, state)
             for k in range(p):
                 state.command[i, k] = state.failure_command[i, k]
 
 
-def _kernel_of(failure: type[Failure]) -> Callable[..., Any]:
-    """Return a kernel that has a failure that ships command the motors of a robot."""
-    equations = {name: inlined_once(equation) for name, equation in failure.equations().items()}
-    command, read = inlined(failure.evaluation(inlined, equations)), reader(failure)
-
-    def fail(i: int, plan: Plan, state: State) -> None:
-        plan_at, state_at = view_addresses(state)
-        view = failure_view(plan_at, state_at, state.q.shape[1])
-        command(read(block_at(int(plan.failure_place[i]), plan), 0), view, i)
-
-    return inlined(reachable(fail, f"fail_by_{failure.own_name()}"))
-
-
-_fail = one_of([*map(_kernel_of, FAILURES), custom_failure])
+_fail = asker(FAILURES, custom_failure, inlined)

@@ -13,10 +13,11 @@ from escort_mj.components.dispatch import one_of
 from escort_mj.components.setup import MissionSetup
 from escort_mj.control.custom.calls import custom_law
 from escort_mj.laws import LAWS, ApdSmc, Law
-from escort_mj.laws.law import evaluation_by, law_view, memory_by
+from escort_mj.laws.law import evaluation_by, memory_by
 from escort_mj.native.fields import Array, Fields, Value
-from escort_mj.native.kernels import DOUBLE, data_address, inlined, inlined_once, reachable, view_addresses
+from escort_mj.native.kernels import DOUBLE, data_address, inlined, inlined_once, reachable
 from escort_mj.native.lanes import WIDTH, Lanes, copy_lanes, load, store, where
+from escort_mj.native.memory import part_of
 from escort_mj.native.on_demand import on_demand
 from escort_mj.plan import Plan, State
 
@@ -134,11 +135,10 @@ def _loop_of(law: type[Law]) -> Callable[..., Any]:
     """Return the kernel that has a law demand the forces of all robots, with its numbers from a place on."""
     equations = {name: inlined_once(equation) for name, equation in law.equations().items()}
     evaluate, write_memory = (by(law, inlined, equations) for by in (evaluation_by, memory_by))
-    read = reader(law)
+    read, seen_in = reader(law), part_of(law.view)
 
     def loop(place: int, plan: Plan, state: State) -> None:
-        plan_at, state_at = view_addresses(state)
-        view = law_view(plan_at, state_at, state.q.shape[1])
+        view = seen_in(state)
         parameters = read(data_address(plan.parameters) + DOUBLE * place, 0)
         for at in range(0, state.q.shape[0] * state.q.shape[1], WIDTH):
             tau, rate = evaluate(parameters, view, at)

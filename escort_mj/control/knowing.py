@@ -2,25 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from escort_mj.components.component import block_at, number_of, reader
-from escort_mj.components.dispatch import one_of
+from escort_mj.components.component import block_at, number_of
 from escort_mj.components.setup import MissionSetup
 from escort_mj.control.custom.calls import custom_estimator
+from escort_mj.control.members import asker
 from escort_mj.control.messages import NEVER, begin_radio, send
-from escort_mj.estimators import ESTIMATORS, Estimator
-from escort_mj.estimators.belief import estimator_view
+from escort_mj.estimators import ESTIMATORS
 from escort_mj.knowledge.auction import begin_auction, hear_bids
 from escort_mj.knowledge.belief import LEAST_VARIANCE, carry, target_shown, target_speed_shown
 from escort_mj.knowledge.links import NOBODY, radio_of
 from escort_mj.knowledge.sight import sight_of, sight_target
 from escort_mj.native.fields import Fields, Value
-from escort_mj.native.kernels import inlined, inlined_once, reachable
+from escort_mj.native.kernels import inlined
 from escort_mj.native.lanes import WIDTH, everywhere, load, load_rows, row_of, set_row, stack_rows, store_rows
 from escort_mj.native.on_demand import on_demand_unrolled
 from escort_mj.numerics.gaussian import START, normals
@@ -77,7 +75,7 @@ def know(plan: Plan, state: State) -> None:
         state.message[0] = -1.0
         for i in range(n):
             if state.target_seen[i] != 0.0:
-                _update(plan.estimator, i, plan, state)
+                _update(plan.estimator, block_at(plan.estimator_place, plan), i, plan, state)
     if talks and step >= state.radio_next[0]:
         send(plan, state)
     for i in range(n):
@@ -140,7 +138,7 @@ def _deliver(step: int, plan: Plan, state: State) -> None:
                     if plan.auctioned:
                         hear_bids(i, message, plan, state)
                     state.message[0] = message
-                    _update(plan.estimator, i, plan, state)
+                    _update(plan.estimator, block_at(plan.estimator_place, plan), i, plan, state)
     state.radio_next[1] = upcoming
 
 
@@ -204,15 +202,4 @@ def _note(plan: Plan, state: State) -> None:
             state.heard_from[i, s] = state.link_from[i, s] + 1.0 if known else 0.0
 
 
-def _kernel_of(estimator: type[Estimator]) -> Callable[..., Any]:
-    """Return a kernel that lets an estimator that ships change the belief of a robot."""
-    equations = {name: inlined_once(equation) for name, equation in estimator.equations().items()}
-    update, read = inlined(estimator.evaluation(inlined, equations)), reader(estimator)
-
-    def change(i: int, plan: Plan, state: State) -> None:
-        update(read(block_at(plan.estimator_place, plan), 0), estimator_view(state), i)
-
-    return on_demand_unrolled(reachable(change, f"update_by_{estimator.own_name()}"))
-
-
-_update = one_of([*map(_kernel_of, ESTIMATORS), custom_estimator])
+_update = asker(ESTIMATORS, custom_estimator, on_demand_unrolled)

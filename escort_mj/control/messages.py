@@ -6,39 +6,24 @@ which it was sent; what arrives late counts as what it is.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Annotated, Any
+from typing import Annotated
 
-from escort_mj.components.component import block_at, reader
-from escort_mj.components.dispatch import one_of
+from escort_mj.components.component import block_at
 from escort_mj.control.custom.calls import NEVER, custom_radio
+from escort_mj.control.members import asker
 from escort_mj.knowledge.auction import tell_bids
 from escort_mj.knowledge.links import apart, may_pass, slot_for, take_slot
 from escort_mj.native.fields import Array, Fields, Value
-from escort_mj.native.kernels import inlined, inlined_once, reachable, view_addresses
-from escort_mj.native.on_demand import on_demand
+from escort_mj.native.kernels import inlined
 from escort_mj.numerics.gaussian import RADIO, fractions
 from escort_mj.plan import Plan, State
-from escort_mj.radios import RADIOS, Radio
-from escort_mj.radios.radio import PASSES, SENDS, radio_view
+from escort_mj.radios import RADIOS
+from escort_mj.radios.radio import PASSES, SENDS
 
 LOST = -1
 
 
-def _kernel_of(radio: type[Radio]) -> Callable[..., Any]:
-    """Return a kernel that asks a radio that ships about a message."""
-    equations = {name: inlined_once(equation) for name, equation in radio.equations().items()}
-    answer, read = inlined(radio.evaluation(inlined, equations)), reader(radio)
-
-    def ask(question: int, plan: Plan, state: State) -> None:
-        plan_at, state_at = view_addresses(state)
-        view = radio_view(plan_at, state_at, state.q.shape[1])
-        answer(read(block_at(plan.radio_place, plan), 0), view, question)
-
-    return on_demand(reachable(ask, f"ask_{radio.own_name()}"))
-
-
-_ask = one_of([*map(_kernel_of, RADIOS), custom_radio])
+_ask = asker(RADIOS, custom_radio)
 
 
 @inlined
@@ -47,7 +32,7 @@ def schedule(j: int, number: int, plan: Plan, state: State) -> None:
     state.message_sender[0] = state.message_receiver[0] = j
     state.message_number[0], state.message_distance[0] = number, 0.0
     _draw(1 + plan.robots, j, number, plan, state)
-    _ask(plan.radio, SENDS, plan, state)
+    _ask(plan.radio, block_at(plan.radio_place, plan), SENDS, plan, state)
     state.next_message[j] = state.message_due[0]
 
 
@@ -66,7 +51,7 @@ def steps_taken(j: int, i: int, s: int, number: int, plan: Plan, state: State) -
     _draw(1 + i, j, number, plan, state)
     for row in range(state.link_kept.shape[1]):
         state.link_memory[row] = state.link_kept[link, row]
-    _ask(plan.radio, PASSES, plan, state)
+    _ask(plan.radio, block_at(plan.radio_place, plan), PASSES, plan, state)
     for row in range(state.link_kept.shape[1]):
         state.link_kept[link, row] = state.link_memory[row]
     taken = round(state.message_delay[0] / plan.timestep)

@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from typing import Any
 
-from escort_mj.components.component import block_at, reader
-from escort_mj.components.dispatch import one_of
+from escort_mj.components.component import block_at
 from escort_mj.control.custom.calls import custom_sensor
-from escort_mj.native.kernels import inlined, inlined_once, reachable, view_addresses
+from escort_mj.control.members import asker
+from escort_mj.native.kernels import inlined
 from escort_mj.native.on_demand import on_demand
 from escort_mj.numerics.gaussian import SENSOR, fractions, normals
 from escort_mj.plan import Plan, State
-from escort_mj.sensors import QUANTITIES, SENSORS, Sensor
-from escort_mj.sensors.sensor import MOVES, NORMALS, SHOWS, sensor_view
+from escort_mj.sensors import EQUATED, QUANTITIES
+from escort_mj.sensors.sensor import MOVES, NORMALS, SHOWS
 
 POSITION, VELOCITY, TARGET_POSITION, TARGET_VELOCITY, HEADING = range(len(QUANTITIES))
 BLOCKS = 2  # of random numbers for one axis
@@ -61,7 +59,7 @@ def _read(
         state.sensor_draw[i] = draw
         for j in range(int(plan.own_memories[s])):
             state.sensor_memory[j, i] = state.readings[row + j * width + k, i]
-    _ask(int(plan.own_sensor[s]), s, question, plan, state)
+    _ask(int(plan.own_sensor[s]), block_at(int(plan.own_sensor_place[s]), plan), question, plan, state)
     for i in range(state.q.shape[0]):
         for j in range(int(plan.own_memories[s])):
             state.readings[row + j * width + k, i] = state.sensor_memory[j, i]
@@ -94,22 +92,4 @@ def _show(quantity: int, k: int, state: State) -> None:
             measured[i, k] = state.sensor_shown[i]
 
 
-def _kernel_of(sensor: type[Sensor]) -> Callable[..., Any]:
-    """Return a kernel that asks a sensor that ships, along one axis."""
-    equations = {name: inlined_once(equation) for name, equation in sensor.equations().items()}
-    show, read = inlined(sensor.evaluation(inlined, equations)), reader(sensor)
-
-    def ask(s: int, question: int, plan: Plan, state: State) -> None:
-        plan_at, state_at = view_addresses(state)
-        view = sensor_view(plan_at, state_at, state.q.shape[1])
-        show(read(block_at(int(plan.own_sensor_place[s]), plan), 0), view, question)
-
-    return on_demand(reachable(ask, f"ask_{sensor.own_name()}"))
-
-
-@inlined
-def _nothing(s: int, question: int, plan: Plan, state: State) -> None:
-    """Stand for a sensor that has a kernel of its own."""
-
-
-_ask = one_of([*(_kernel_of(each) if each.equated() else _nothing for each in SENSORS), custom_sensor])
+_ask = asker(EQUATED, custom_sensor)

@@ -6,11 +6,11 @@ from collections.abc import Iterator, Mapping
 from functools import cache
 from typing import Annotated, Any, ClassVar, NamedTuple
 
+from escort_mj.components.dispatch import in_turn
 from escort_mj.components.equations import VECTOR, Answer, Call, Equations
 from escort_mj.components.memory import RATE, keep_rate
 from escort_mj.native.fields import Array
 from escort_mj.native.lanes import WIDTH, Lanes, load
-from escort_mj.native.memory import layout_with, narrower
 from escort_mj.native.values import Computed, maker_of, names_of, with_own
 from escort_mj.native.vectors import Vec, one_row, rows_at, set_rows
 
@@ -134,18 +134,16 @@ class Disturbance(Equations):
             for i in range(0, view.q.shape[0], WIDTH):
                 set_rows(view.disturbance_force, i, force(parameters, robots_at(i, view)))
 
-        def after(before: Call, row: int, rate: Call) -> Call:
+        def writer(row: int, rate: Call) -> Call:
             def write(parameters: Any, view: Any) -> None:
-                before(parameters, view)
                 for i in range(0, view.q.shape[0], WIDTH):
                     set_rows(view.rate_found, i, rate(parameters, robots_at(i, view)))
                 keep_rate(view, row)
 
             return made(write)
 
-        write = made(push)
-        for row, name in enumerate(cls.memories()):
-            write = after(write, row, equations[name + RATE])
+        rates = (writer(row, equations[name + RATE]) for row, name in enumerate(cls.memories()))
+        write = in_turn(made, [made(push), *rates])
 
         def run(parameters: Any, view: Any) -> None:
             write(parameters, view)
@@ -173,10 +171,3 @@ def _remembered(row: int) -> property:
 def robots_of(disturbance: type[Disturbance]) -> Any:
     """Return a function that makes what a disturbance is handed: of the first robot's number and the view."""
     return maker_of(disturbance.robots())
-
-
-@narrower(DisturbanceView)
-def disturbance_view(state: Any) -> DisturbanceView:
-    """View of the state what disturbances see."""
-    view: DisturbanceView = layout_with(DisturbanceView).read(DisturbanceView, *state.addresses)
-    return view

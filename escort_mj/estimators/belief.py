@@ -7,14 +7,13 @@ they lie in memory, of which each call has room for MADE.
 from __future__ import annotations
 
 import math
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
 from escort_mj.estimators.matrices import correct, mix
 from escort_mj.knowledge.belief import MADE, carry, trace
 from escort_mj.knowledge.sight import BEARING, POSITION, RANGE, VELOCITY
 from escort_mj.native.fields import Array
 from escort_mj.native.kernels import DOUBLE, inlined, stack_memory, vector_at
-from escort_mj.native.memory import layout_with, narrower
 from escort_mj.native.values import Computed, maker_of
 from escort_mj.native.vectors import Vec, numbers_at, numbers_from, set_numbers
 
@@ -277,10 +276,3 @@ class Witness(Computed):
 
 
 witness_of = maker_of(Witness)
-
-
-@narrower(EstimatorView)
-def estimator_view(state: Any) -> EstimatorView:
-    """View of the state what estimators see."""
-    view: EstimatorView = layout_with(EstimatorView).read(EstimatorView, *state.addresses)
-    return view

@@ -10,7 +10,6 @@ from pydantic import NonNegativeFloat, PositiveInt
 from escort_mj.components.equations import Call, Equations
 from escort_mj.native.fields import Array
 from escort_mj.native.lanes import WIDTH, everywhere, lane_numbers, store, where
-from escort_mj.native.memory import layout_with
 from escort_mj.native.values import Values, reader_of
 
 MOTORS = ("obey", "off", "hold")
@@ -104,9 +103,3 @@ class Failure(Equations):
                 store(view.failure_command, at, where(mine, found, 0.0))
 
         return fail
-
-
-def failure_view(plan: int, state: int, axes: int) -> FailureView:
-    """View what failures see at the addresses of a plan and a state; nothing is copied or owned."""
-    view: FailureView = layout_with(FailureView).read(FailureView, plan, state)
-    return view

@@ -7,11 +7,11 @@ from typing import Any, ClassVar
 import numpy as np
 from pydantic import PositiveFloat
 
+from escort_mj.components.dispatch import in_turn
 from escort_mj.components.equations import Call, Equations
 from escort_mj.components.memory import RATE, keep_rate
 from escort_mj.components.views import LAW_OUTPUTS, LawView
 from escort_mj.native.lanes import WIDTH, Lanes, everywhere, lane_numbers, least, pick, store
-from escort_mj.native.memory import layout_with
 from escort_mj.native.values import Arrays, Names, Values, reader_of
 from escort_mj.numerics import numpy_forms  # noqa: F401 (equations may use them)
 from escort_mj.numerics.elementary import whole
@@ -195,25 +195,12 @@ def memory_by(law: type[Law], made: Callable[[Call], Call], equations: Mapping[s
     """
     axes_at = reader_of(law.names())
 
-    def nothing(parameters: Any, view: Any) -> None:
-        return
-
-    def after(before: Call, row: int, rate: Call) -> Call:
+    def writer(row: int, rate: Call) -> Call:
         def write(parameters: Any, view: Any) -> None:
-            before(parameters, view)
             for at in range(0, view.e.shape[0] * view.e.shape[1], WIDTH):
                 store(view.rate_found, at, rate(parameters, axes_at(view, at)))
             keep_rate(view, row)
 
         return made(write)
 
-    write = made(nothing)
-    for row, name in enumerate(law.memories()):
-        write = after(write, row, equations[name + RATE])
-    return write
-
-
-def law_view(plan: int, state: int, axes: int) -> LawView:
-    """View what laws see at the addresses of a plan and a state; nothing is copied or owned."""
-    view: LawView = layout_with(LawView).read(LawView, plan, state)
-    return view
+    return in_turn(made, (writer(row, equations[name + RATE]) for row, name in enumerate(law.memories())))

@@ -42,13 +42,12 @@ from escort_mj.control.trigger import TriggerParameters, TriggerState
 from escort_mj.control.velocity import OuterLoopParameters
 from escort_mj.disturbances.disturbance import DisturbanceView
 from escort_mj.estimators.belief import EstimatorView
-from escort_mj.failures.failure import FailureView, failure_view
+from escort_mj.failures.failure import FailureView
 from escort_mj.knowledge.auction import AuctionParameters, AuctionState
 from escort_mj.knowledge.belief import BeliefParameters, BeliefState
 from escort_mj.knowledge.links import LinkParameters, LinkState
 from escort_mj.knowledge.sight import SightParameters, SightState
 from escort_mj.knowledge.teammates import TeammateParameters, TeammateState
-from escort_mj.laws.law import law_view
 from escort_mj.monitor.clearances import ClearanceParameters, ClearanceState
 from escort_mj.monitor.contacts import ContactState
 from escort_mj.monitor.lyapunov import LyapunovParameters, LyapunovState
@@ -62,10 +61,10 @@ from escort_mj.numerics.neighbors import NeighborState
 from escort_mj.numerics.program import ProgramParameters, ProgramState
 from escort_mj.numerics.reform import ReformingParameters, ReformingState
 from escort_mj.policies.body import PolicyView
-from escort_mj.radios.radio import RadioView, radio_view
+from escort_mj.radios.radio import RadioView
 from escort_mj.sensing.lidar import LidarParameters, LidarState
 from escort_mj.sensing.sensors import SensorParameters, SensorState
-from escort_mj.sensors.sensor import SensorView, sensor_view
+from escort_mj.sensors.sensor import SensorView
 from escort_mj.signals import Signals
 
 
@@ -227,10 +226,6 @@ def unpack_state(plan_address: int, address: int, axes: int) -> State:
 
 viewer(LAYOUT, Plan, unpack_plan)
 viewer(LAYOUT, State, unpack_state)
-viewer(LAYOUT, LawView, law_view)
-viewer(LAYOUT, RadioView, radio_view)
-viewer(LAYOUT, SensorView, sensor_view)
-viewer(LAYOUT, FailureView, failure_view)
 
 
 def state_size(packed: Array) -> int:

@@ -12,16 +12,15 @@ them lanes at a time, never less, and what lies between two arrays belongs to no
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
+from functools import cache
 from math import prod
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from escort_mj.native.fields import Array, Declared, Extent, Fields, declared
 from escort_mj.native.kernels import DOUBLE, matrix_at, vector_at
 from escort_mj.native.lanes import WIDTH, room_for
-
-F = TypeVar("F", bound=Callable[..., Any])
 
 AXES = "p"  # the dimension that kernels may know when they are compiled
 MAGIC, LENGTH, FIRST = 0, 1, 2  # places in the header
@@ -213,18 +212,20 @@ narrowers: list[tuple[type, Any]] = []
 """Views that show a part of the state, and functions that make them of a view of the whole state."""
 
 
-def narrower(kind: type) -> Callable[[F], F]:
-    """Mark a function that views a part of the state, in kernels too, where it keeps the number of axes.
+@cache
+def part_of(kind: type) -> Callable[[Any], Any]:
+    """Return a function that views a part of the state, in kernels too, where it keeps the number of axes.
 
     Args:
         kind: Annotates fields of the state or of the plan, see `Layout.part`.
     """
 
-    def mark(function: F) -> F:
-        narrowers.append((kind, function))
-        return function
+    def view(state: Any) -> Any:
+        return layout_with(kind).read(kind, *state.addresses)
 
-    return mark
+    view.__name__ = view.__qualname__ = f"view_of_{kind.__name__}"
+    narrowers.append((kind, view))
+    return view
 
 
 viewers: list[tuple[Layout, type, Any]] = []

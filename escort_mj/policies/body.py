@@ -6,7 +6,7 @@ from typing import Annotated, Any, NamedTuple
 
 from escort_mj.native.fields import Array
 from escort_mj.native.kernels import inlined
-from escort_mj.native.memory import layout_with, narrower
+from escort_mj.native.memory import part_of
 from escort_mj.native.values import Computed, maker_of
 from escort_mj.native.vectors import Vec, dot, numbers_at, numbers_from, of_numbers
 from escort_mj.numerics.gaussian import POLICY, fractions
@@ -157,8 +157,4 @@ def kept(is_vector: bool, numbers: int, vectors: int) -> property:
     return property(vector if is_vector else number)
 
 
-@narrower(PolicyView)
-def policy_view(state: Any) -> PolicyView:
-    """View of the state what policies see."""
-    view: PolicyView = layout_with(PolicyView).read(PolicyView, *state.addresses)
-    return view
+policy_view = part_of(PolicyView)

@@ -8,6 +8,7 @@ from typing import Annotated, Any, ClassVar, Self
 
 from pydantic import Field
 
+from escort_mj.components.dispatch import in_turn
 from escort_mj.components.equations import NUMBER, VECTOR, Answer, Call, Equations
 from escort_mj.native.values import maker_of, names_of, with_own
 from escort_mj.native.vectors import Vec, set_numbers
@@ -77,20 +78,15 @@ class Policy(Equations):
         """Return what writes the wish of a body and returns `ACTS` or `RESTS`: `(parameters, view, body)`."""
         body_at, velocity, acts = bodies_of(cls), equations["velocity"], equations["acts"]
 
-        def nothing(parameters: Any, view: Any, body: int) -> None:
-            return
-
-        def after(before: Call, following: Call, numbers: int, vectors: int) -> Call:
+        def writer(following: Call, numbers: int, vectors: int) -> Call:
             def write(parameters: Any, view: Any, body: int) -> None:
-                before(parameters, view, body)
                 found = following(parameters, body_at(body, view))
                 set_numbers(view.policy_memory_next, place_of(view, body, numbers, vectors), found)
 
             return made(write)
 
-        move, places = made(nothing), cls.places()
-        for name, (numbers, vectors) in places.items():
-            move = after(move, equations[name + cls.moves], numbers, vectors)
+        places = cls.places()
+        move = in_turn(made, (writer(equations[name + cls.moves], *place) for name, place in places.items()))
         all_vectors = sum(each.vector for each in cls.memories().values())
         all_numbers = len(places) - all_vectors
 

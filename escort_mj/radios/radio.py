@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 from pydantic import Discriminator, Field, NonNegativeFloat, PositiveFloat, Tag
 
 from escort_mj.components.component import Derived
+from escort_mj.components.dispatch import in_turn
 from escort_mj.components.equations import Call, Equations, Memory
 from escort_mj.components.parameters import Parameters
 from escort_mj.native.fields import Array
-from escort_mj.native.memory import layout_with
 from escort_mj.native.values import Names, Values, reader_of
 
 ALL_HEARD = 16  # teammates of a complete graph up to whom a robot has a slot for each
@@ -312,19 +312,14 @@ class Radio(Equations):
         values_at = reader_of(cls.names())
         sends, loses, delays = (equations[name] for name in cls.asks)
 
-        def nothing(parameters: Any, view: Any) -> None:
-            return
-
-        def after(before: Call, row: int, following: Call) -> Call:
+        def writer(row: int, following: Call) -> Call:
             def write(parameters: Any, view: Any) -> None:
-                before(parameters, view)
                 view.link_memory_next[row] = following(parameters, values_at(view, 0))
 
             return made(write)
 
-        move = made(nothing)
-        for row, name in enumerate(cls.memories()):
-            move = after(move, row, equations[name + cls.moves])
+        follow = (writer(row, equations[name + cls.moves]) for row, name in enumerate(cls.memories()))
+        move = in_turn(made, follow)
 
         def answer(parameters: Any, view: Any, question: int) -> None:
             if question == SENDS:
@@ -337,9 +332,3 @@ class Radio(Equations):
             view.message_delay[0] = delays(parameters, values_at(view, 0))
 
         return answer
-
-
-def radio_view(plan: int, state: int, axes: int) -> RadioView:
-    """View what radios see at the addresses of a plan and a state; nothing is copied or owned."""
-    view: RadioView = layout_with(RadioView).read(RadioView, plan, state)
-    return view

@@ -14,7 +14,7 @@ from escort_mj.components.setup import MissionSetup
 from escort_mj.native.fields import Array, Fields, Recorded, Value
 from escort_mj.native.kernels import inlined
 from escort_mj.plan import Plan
-from escort_mj.sensors import QUANTITIES, SENSORS, Lidar, Plain, Sensor
+from escort_mj.sensors import EQUATED, QUANTITIES, Lidar, Plain, Sensor
 
 CHANNELS = 4
 NO_BIAS = -1.0
@@ -32,7 +32,7 @@ class SensorParameters(Fields):
     sensor_past: Annotated[Array, CHANNELS, Value("1", "first row of the channel in `past`")]
     bias: Annotated[Array, "biased", "p", Value("m or m/s", "constant errors")]
     perfect: Annotated[bool, Value("1", "whether what is measured is the truth")]
-    own_sensor: Annotated[Array, "own_sensors", Value("1", "place in SENSORS of those not plain")]
+    own_sensor: Annotated[Array, "own_sensors", Value("1", "place in EQUATED; their number for a plugin's")]
     own_sensor_place: Annotated[Array, "own_sensors", Value("1", "where its block in `parameters` begins")]
     own_quantity: Annotated[Array, "own_sensors", Value("1", "place in QUANTITIES of what it measures")]
     own_memories: Annotated[Array, "own_sensors", Value("1", "how many numbers of its own it keeps")]
@@ -60,7 +60,7 @@ class SensorParameters(Fields):
             first += (quantity == HEADING) + width * len(each.memories())
         return {
             "sensor_place": sensors.plain,
-            "own_sensor": [number_of(each, SENSORS) for each in own.values()],
+            "own_sensor": [number_of(each, EQUATED) for each in own.values()],
             "own_sensor_place": [*own.values()],
             "own_quantity": [list(QUANTITIES).index(quantity) for quantity in own],
             "own_memories": [len(each.memories()) for each in own.values()],

@@ -6,5 +6,7 @@ from escort_mj.sensors.plain import Plain
 from escort_mj.sensors.sensor import QUANTITIES, Sensor
 
 SENSORS: tuple[type[Sensor], ...] = found_in(__name__, __path__, Sensor)
+EQUATED = tuple(sensor for sensor in SENSORS if sensor.equated())
+"""Those that are equations; the loop has the others itself."""
 
-__all__ = ["QUANTITIES", "SENSORS", "Lidar", "Plain", "Sensor"]
+__all__ = ["EQUATED", "QUANTITIES", "SENSORS", "Lidar", "Plain", "Sensor"]

@@ -3,10 +3,10 @@
 from collections.abc import Mapping
 from typing import Annotated, Any, ClassVar, NamedTuple
 
+from escort_mj.components.dispatch import in_turn
 from escort_mj.components.equations import Call, Equations
 from escort_mj.native.fields import Array
 from escort_mj.native.lanes import WIDTH, copy_numbers, everywhere, store
-from escort_mj.native.memory import layout_with
 from escort_mj.native.values import Values, reader_of
 
 QUANTITIES = {
@@ -115,12 +115,8 @@ class Sensor(Equations):
         """Return what writes the measured values of all robots: `(parameters, view, question)`."""
         values_at, shows = reader_of(cls.names()), equations["shows"]
 
-        def nothing(parameters: Any, view: Any) -> None:
-            return
-
-        def after(before: Call, row: int, following: Call) -> Call:
+        def writer(row: int, following: Call) -> Call:
             def write(parameters: Any, view: Any) -> None:
-                before(parameters, view)
                 count = view.sensor_truth.shape[0]
                 for at in range(0, count, WIDTH):  # what it writes past the end, the next row writes again
                     found = following(parameters, values_at(view, at))
@@ -128,9 +124,8 @@ class Sensor(Equations):
 
             return made(write)
 
-        move = made(nothing)
-        for row, name in enumerate(cls.memories()):
-            move = after(move, row, equations[name + cls.moves])
+        follow = (writer(row, equations[name + cls.moves]) for row, name in enumerate(cls.memories()))
+        move = in_turn(made, follow)
 
         def show(parameters: Any, view: Any, question: int) -> None:
             if question == MOVES:
@@ -141,9 +136,3 @@ class Sensor(Equations):
                 store(view.sensor_shown, at, everywhere(shows(parameters, values_at(view, at))))
 
         return show
-
-
-def sensor_view(plan: int, state: int, axes: int) -> SensorView:
-    """View what sensors see at the addresses of a plan and a state; nothing is copied or owned."""
-    view: SensorView = layout_with(SensorView).read(SensorView, plan, state)
-    return view

@@ -100,13 +100,13 @@ def custom_law(plan: Plan, state: State) -> None:
 
 
 @on_demand
-def custom_policy(b: int, plan: Plan, state: State) -> int:
+def custom_policy(block: int, b: int, plan: Plan, state: State) -> int:
     """Asks a plugin's policy for what body b wants; where it fails, its wish is not a number.
 
     Returns:
         What the policy returned.
     """
-    block, total = block_at(int(plan.mover_place[b]), plan), 0.0
+    total = 0.0
     failed, acts = _asked(block, b, state)
     for k in range(state.q.shape[1]):
         total += state.mover_wish[b, k]
@@ -119,9 +119,8 @@ def custom_policy(b: int, plan: Plan, state: State) -> int:
 
 
 @on_demand
-def custom_estimator(i: int, plan: Plan, state: State) -> None:
+def custom_estimator(block: int, i: int, plan: Plan, state: State) -> None:
     """Has a plugin's estimator change the belief of robot i; where it fails, that is not a number."""
-    block = block_at(plan.estimator_place, plan)
     failed, _ = _asked(block, i, state)
     total = state.belief_time[i] + state.belief_fix[i]
     for k in range(state.belief.shape[1]):
@@ -136,12 +135,12 @@ def custom_estimator(i: int, plan: Plan, state: State) -> None:
 
 
 @on_demand
-def custom_radio(question: int, plan: Plan, state: State) -> None:
+def custom_radio(block: int, question: int, plan: Plan, state: State) -> None:
     """Asks a plugin's radio about a message; where it fails, none is sent any more.
 
     Each message is sent later than the one before, is lost or not, and takes no negative time.
     """
-    block, sender = block_at(plan.radio_place, plan), int(state.message_sender[0])
+    sender = int(state.message_sender[0])
     state.message_due[0] = state.message_lost[0] = state.message_delay[0] = 0.0
     failed, _ = _asked(block, question, state)
     total, lost = state.message_due[0] + state.message_delay[0], state.message_lost[0]
@@ -158,10 +157,9 @@ def custom_radio(question: int, plan: Plan, state: State) -> None:
 
 
 @on_demand
-def custom_disturbance(d: int, plan: Plan, state: State) -> None:
+def custom_disturbance(block: int, plan: Plan, state: State) -> None:
     """Has a plugin's disturbance write its forces; where it fails, they are no numbers."""
     n, p = state.q.shape
-    block = block_at(int(plan.disturbance_place[d]), plan)
     failed = _fails(block, state)
     for i in range(n):
         for k in range(p):
@@ -172,9 +170,9 @@ def custom_disturbance(d: int, plan: Plan, state: State) -> None:
 
 
 @on_demand
-def custom_failure(i: int, plan: Plan, state: State) -> None:
+def custom_failure(block: int, i: int, plan: Plan, state: State) -> None:
     """Has a plugin's failure command the motors of robot i; where it fails, their forces are no numbers."""
-    block, total = block_at(int(plan.failure_place[i]), plan), 0.0
+    total = 0.0
     failed, _ = _asked(block, i, state)
     for k in range(state.q.shape[1]):
         total += state.failure_command[i, k]
@@ -198,13 +196,12 @@ def custom_rule(phase: int, plan: Plan, state: State) -> None:
 
 
 @on_demand
-def custom_sensor(s: int, question: int, plan: Plan, state: State) -> None:
+def custom_sensor(block: int, question: int, plan: Plan, state: State) -> None:
     """Asks a plugin's sensor along one axis; where it fails, what it shows is not a number."""
-    block = block_at(int(plan.own_sensor_place[s]), plan)
     failed, _ = _asked(block, question, state)
     for i in range(state.q.shape[0]):
         total = state.sensor_shown[i]
-        for j in range(int(plan.own_memories[s])):
+        for j in range(state.sensor_memory.shape[0]):
             total += state.sensor_memory[j, i]
         if failed:
             state.sensor_shown[i] = math.nan
