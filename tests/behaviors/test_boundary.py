@@ -26,6 +26,7 @@ def flown(name: str, outer: str, boundary: bool, changes: dict, overrides: tuple
     return escort_mj.run(scenario.replace({"mission.behaviors": behaviors, **changes}))
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize("outer", ["nsb", "set_based", "barrier_filter", "potential_field"])
 @pytest.mark.parametrize("name", ["main", "main_3d"])
 @pytest.mark.parametrize("changes", [{}, EXACT], ids=["noise", "exact"])

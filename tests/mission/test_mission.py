@@ -58,10 +58,10 @@ def test_without_noise_measurements_are_true() -> None:
 
 def test_runs_repeat_to_the_bit_alone_and_side_by_side() -> None:
     names = ["main", "paper/case1_3d", "main", "sensing"]
-    alone = [run(name, "duration=1").trace for name in names]
+    alone = [run(name, "duration=0.3").trace for name in names]
     beside: dict[int, escort_mj.Run] = {}
     threads = [
-        threading.Thread(target=lambda i=i, name=name: beside.__setitem__(i, run(name, "duration=1")))
+        threading.Thread(target=lambda i=i, name=name: beside.__setitem__(i, run(name, "duration=0.3")))
         for i, name in enumerate(names)
     ]
     for thread in threads:
@@ -71,7 +71,7 @@ def test_runs_repeat_to_the_bit_alone_and_side_by_side() -> None:
     for i, trace in enumerate(alone):
         assert trace.drop_attrs().identical(beside[i].trace.drop_attrs())
     assert alone[0].drop_attrs().identical(alone[2].drop_attrs())
-    assert not np.array_equal(alone[0].q, run("main", "duration=1", "seed=9").trace.q)
+    assert not np.array_equal(alone[0].q, run("main", "duration=0.3", "seed=9").trace.q)
 
 
 def test_the_paper_as_printed_diverges_in_space_and_leaves_a_readable_folder(tmp_path: Path) -> None:

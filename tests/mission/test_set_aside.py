@@ -76,6 +76,7 @@ def folds(monkeypatch: pytest.MonkeyPatch) -> list[int]:
     return found
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize("pattern", PATTERNS)
 @pytest.mark.parametrize("name", ASKING)
 def test_any_pattern_of_calls_gives_the_bits_of_a_run(name: str, pattern: str) -> None:

@@ -95,6 +95,7 @@ def test_it_passes_its_checks(compiled: None, tmp_path: Path) -> None:
     assert not wrong
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize("form", ["Python", "compiled"])
 @pytest.mark.parametrize(
     ("change", "said"),

@@ -50,6 +50,7 @@ def walk(setup: Setup, q: np.ndarray, v: np.ndarray, steps: int) -> Iterator[dic
         q, v = q + rng.normal(scale=0.05, size=q.shape), v + rng.normal(scale=0.5, size=v.shape)
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize("axes", [2, 3, pytest.param(4, marks=pytest.mark.slow)])
 @pytest.mark.parametrize(
     "change",
@@ -158,6 +159,7 @@ def test_noise_of_the_target_is_its_own() -> None:
 SIGHTS = [(np.inf, np.inf), (4.0, np.inf), (np.inf, 3.0), (5.0, 4.0), (0.5, 0.5)]
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize("axes", [2, 3])
 @pytest.mark.parametrize(("robots", "obstacles"), SIGHTS)
 def test_sight_of_kernel_and_twin(robots: float, obstacles: float, axes: int) -> None:

@@ -21,7 +21,7 @@ from escort_mj.study.sweeps.design import Design
 
 SCENARIO = """
 name: one
-duration: 3
+duration: 1.5
 robots: {positions: [[5, 0], [-5, 1]]}
 sensing: {position: {noise: 0.01}}
 controller: {law: pd, proportional_gain: 2, derivative_gain: 4}
