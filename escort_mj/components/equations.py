@@ -49,6 +49,8 @@ class Equations(Component):
     """Names of the values that methods can read, and the fields of its view that have them."""
     keeps: ClassVar[str]
     """Field of its view that has the numbers of its own."""
+    keeps_vectors: ClassVar[bool] = False
+    """Whether these may be vectors; else they have one shape."""
     first: ClassVar[str] = ""
     """Field of its view that says in which row of these its own begin; empty where all are its own."""
 

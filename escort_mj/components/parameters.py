@@ -3,7 +3,7 @@
 import ast
 import inspect
 import textwrap
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from functools import cache
 from itertools import pairwise
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, NamedTuple
@@ -70,6 +70,11 @@ class Member(Parameters):
     """Name of the method that every member has; empty where there is none."""
     of_plugins: ClassVar[bool] = True
     """Whether plugins may bring members."""
+
+    @classmethod
+    def misstated(cls) -> Iterator[tuple[str, str]]:
+        """Yield the names of what a class says of itself that is not as it must be, and what is expected."""
+        yield from ()
 
     @classmethod
     def own_name(cls) -> str | None:

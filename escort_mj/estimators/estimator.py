@@ -1,7 +1,7 @@
 """Base of estimators: what a robot makes of what it sees and hears of the target."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any, ClassVar, Self
 
 from pydantic import model_validator
@@ -41,6 +41,14 @@ class Estimator(Equations):
     """Whether it says how sure it is."""
 
     estimator: str
+
+    @classmethod
+    def misstated(cls) -> Iterator[tuple[str, str]]:
+        """Yield which measurements it needs, if these are unknown."""
+        sets: Any = cls.needs
+        known = sets if isinstance(sets, tuple) else ()
+        if not known or not all(isinstance(each, tuple) and {*each} <= {*MEASURES} for each in known):
+            yield "needs", f'sets of {", ".join(MEASURES)}, as in (("position",),)'
 
     @model_validator(mode="after")
     def _has_a_belief(self) -> Self:

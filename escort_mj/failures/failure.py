@@ -73,6 +73,12 @@ class Failure(Equations):
     notice: NonNegativeFloat = 0.5
     """Delay until the team knows about the failure [s]; until then, the robot counts as intact."""
 
+    @classmethod
+    def misstated(cls) -> Iterator[tuple[str, str]]:
+        """Yield what motors do, if that is unknown."""
+        if cls.motors not in MOTORS:
+            yield "motors", f"one of {', '.join(MOTORS)}"
+
     def command(self, r: Values) -> Any:
         """Return the force of the motors [N].
 

@@ -1,7 +1,7 @@
 """Base of laws: what force each robot is to have, so that it follows the reference of the outer loop."""
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any, ClassVar
 
 import numpy as np
@@ -65,6 +65,12 @@ class Law(Equations):
     """Whether to hold the estimate and move the reference with the robot while a motor is saturated and the
     law drives it further into saturation."""
     law: str
+
+    @classmethod
+    def misstated(cls) -> Iterator[tuple[str, str]]:
+        """Yield an acceleration that no mass matrix is there for."""
+        if cls.acceleration is not Law.acceleration and not cls.needs_model:
+            yield "acceleration", "the line  needs_model: ClassVar[bool] = True"
 
     def force(self, r: Values) -> Any:
         """Return the force [N].

@@ -13,7 +13,7 @@ candidates is what a look at all pairs would find. All of this holds center to c
 from __future__ import annotations
 
 import math
-from typing import Annotated
+from typing import Annotated, NamedTuple
 
 from escort_mj.native.fields import Array, Fields, Value
 from escort_mj.native.kernels import DOUBLE, inlined, kernel, merged, stack_memory, vector_at
@@ -81,30 +81,11 @@ class NeighborState(Fields):
     seen_cells: Annotated[Array, CELL_ROWS, "misled", Value("1", "likewise, of measured positions")]
 
 
-@on_demand
-def keep_all_neighbors(plan: Plan, state: State) -> None:
-    """Keeps the lists of a crowd valid for the present step: by true positions, and by measured ones."""
-    keep_neighbors(
-        state.q, plan.robot_radius, state.neighbors, state.neighbors_places, state.neighbors_note,
-        state.cells,
-    )  # fmt: skip
-    if state.seen_neighbors.shape[0] > 0:
-        keep_neighbors(
-            state.q_measured, plan.robot_radius, state.seen_neighbors, state.seen_neighbors_places,
-            state.seen_neighbors_note, state.seen_cells,
-        )  # fmt: skip
+class Lists(NamedTuple):
+    """A set of lists.
 
-
-@kernel
-def keep_neighbors(
-    points: Array, radius: Array, lists: Array, places: Array, note: Array, cells: Array
-) -> None:
-    """Keeps a set of lists valid for the present step: makes it again where robots have moved too far.
-
-    Args:
-        points: Positions of all robots, shape (n, p) [m].
-        radius: Shape (n,) [m].
-        lists: The set, a row per robot: number of candidates, and they in ascending order.
+    Attributes:
+        rows: One for each robot: number of candidates, and they in ascending order.
         places: Positions when the set was made, shape (n, p) [m].
         note: Its skin [m], how many steps it has held, the harmonic mean of the distances to
             the nearest when it was made [m], the mean number of candidates, the largest radius [m],
@@ -113,15 +94,56 @@ def keep_neighbors(
         cells: The robots sorted by cells when the set was made, and how near others were to each: from center
             to center and from surface to surface [m], a little less; shape (CELL_ROWS, n).
     """
+
+    rows: Array
+    places: Array
+    note: Array
+    cells: Array
+
+
+@inlined
+def _true_lists(state: State) -> Lists:
+    """Return the lists that belong to the true positions."""
+    return Lists(state.neighbors, state.neighbors_places, state.neighbors_note, state.cells)
+
+
+@inlined
+def _seen_lists(state: State) -> Lists:
+    """Return the lists that belong to the measured positions."""
+    if state.seen_neighbors.shape[0] == 0:
+        return _true_lists(state)
+    return Lists(
+        state.seen_neighbors, state.seen_neighbors_places, state.seen_neighbors_note, state.seen_cells
+    )
+
+
+@on_demand
+def keep_all_neighbors(plan: Plan, state: State) -> None:
+    """Keeps the lists of a crowd valid for the present step: by true positions, and by measured ones."""
+    keep_neighbors(state.q, plan.robot_radius, _true_lists(state))
+    if state.seen_neighbors.shape[0] > 0:
+        keep_neighbors(state.q_measured, plan.robot_radius, _seen_lists(state))
+
+
+@kernel
+def keep_neighbors(points: Array, radius: Array, lists: Lists) -> None:
+    """Keeps a set of lists valid for the present step: makes it again where robots have moved too far.
+
+    Args:
+        points: Positions of all robots, shape (n, p) [m].
+        radius: Shape (n,) [m].
+        lists: The set.
+    """
+    note = lists.note
     note[AGE] += 1.0
-    note[MOVED] = _change(points, places, note[SKIN])
+    note[MOVED] = _change(points, lists.places, note[SKIN])
     if not note[MOVED] < note[SKIN]:  # the skin is 0 at first
-        _list_neighbors(points, radius, lists, places, note, cells)
+        _list_neighbors(points, radius, lists)
 
 
 @merged
 def seen_neighbors(state: State) -> Array:
-    """The lists that belong to the measured positions; of no rows in a small team."""
+    """Return the rows of the lists that belong to the measured positions; none in a small team."""
     return state.seen_neighbors if state.seen_neighbors.shape[0] > 0 else state.neighbors
 
 
@@ -149,17 +171,15 @@ def find_near(i: int, distance: float, to_surface: float, radius: Array, state: 
             if j != i:
                 count = _add_near(i, j, distance + to_surface * radius[j], q, found, count)
         return count if count <= found.shape[0] else int(ALL)
-    misled = state.seen_neighbors.shape[0] > 0
-    cells = state.seen_cells if misled else state.cells
-    places = state.seen_neighbors_places if misled else state.neighbors_places
-    note = state.seen_neighbors_note if misled else state.neighbors_note
-    row, bodies = state.around[i], to_surface * note[WIDEST]
+    lists = _seen_lists(state)
+    row, note = state.around[i], lists.note
+    bodies = to_surface * note[WIDEST]
     reach = ROUNDING * (distance + bodies + note[MOVED])
     if row[FOR] != note[MADE] or reach > row[REACH]:
         row[FOR], row[REACH] = note[MADE], ROUNDING * (WIDER * distance + bodies + note[SKIN])
-        row[COUNT] = _search(i, row[REACH], row[REACH], 0.0, places, places, note, cells, row[AROUND:])
+        row[COUNT] = _search(i, row[REACH], row[REACH], 0.0, lists.places, lists, row[AROUND:])
     if row[COUNT] == ALL:
-        return _search(i, reach, distance, to_surface, q, places, note, cells, found)
+        return _search(i, reach, distance, to_surface, q, lists, found)
     for place in range(AROUND, AROUND + int(row[COUNT])):
         j = int(row[place])
         count = _add_near(i, j, distance + to_surface * radius[j], q, found, count)
@@ -168,9 +188,8 @@ def find_near(i: int, distance: float, to_surface: float, radius: Array, state: 
 
 @kernel
 def _search(
-    i: int, reach: float, distance: float, to_surface: float, q: Array, places: Array, note: Array,
-    cells: Array, found: Array,
-) -> int:  # fmt: skip
+    i: int, reach: float, distance: float, to_surface: float, q: Array, lists: Lists, found: Array
+) -> int:
     """Finds the other robots within a distance of one among those that were within reach of it.
 
     Args:
@@ -179,16 +198,14 @@ def _search(
         distance: From its center [m].
         to_surface: 1 if the distance ends at surfaces, 0 at centers.
         q: Positions, shape (n, p) [m].
-        places: Positions when the lists were made, likewise.
-        note: See `keep_neighbors`.
-        cells: Likewise.
+        lists: Those of them that belong to measured positions.
         found: Result: which robots, in ascending order.
 
     Returns:
         How many; `ALL` where there are more than `found` holds.
     """
-    p, count = q.shape[1], 0
-    corner, rate, counts = _grid(note)
+    p, count, places, cells = q.shape[1], 0, lists.places, lists.cells
+    corner, rate, counts = _grid(lists.note)
     block, hits = vector_at(stack_memory(), 6), stack_rows(1)
     for k in range(3):
         block[k], block[3 + k] = 0.0, 1.0
@@ -226,10 +243,8 @@ def empty_around(i: int, to_surface: float, state: State) -> Lanes:
         to_surface: 1 for distances between surfaces, 0 between centers.
         state: Gives lists of a crowd.
     """
-    misled = state.seen_neighbors.shape[0] > 0
-    cells = state.seen_cells if misled else state.cells
-    note = state.seen_neighbors_note if misled else state.neighbors_note
-    return load(cells[NEAREST + int(to_surface)], i) - ROUNDING * note[MOVED]
+    lists = _seen_lists(state)
+    return load(lists.cells[NEAREST + int(to_surface)], i) - ROUNDING * lists.note[MOVED]
 
 
 @inlined
@@ -321,11 +336,9 @@ def _change(points: Array, places: Array, enough: float) -> float:
 
 
 @kernel
-def _list_neighbors(
-    points: Array, radius: Array, lists: Array, places: Array, note: Array, cells: Array
-) -> None:
+def _list_neighbors(points: Array, radius: Array, lists: Lists) -> None:
     """Makes a set of lists from scratch, with a grid of cells."""
-    n, p = points.shape
+    (n, p), (rows, places, note, cells) = points.shape, lists
     memory = stack_memory()
     width, here = vector_at(memory, 3), vector_at(memory + 3 * DOUBLE, 3)
     corner, rate, counts = _grid(note)
@@ -347,9 +360,9 @@ def _list_neighbors(
     note[SKIN] = min(note[SKIN], THICKEST * note[SPACING])
     total = length = 0.0
     for slot in range(n):
-        total += 1.0 / _list_one(slot, note[SKIN], largest, size, counts, here, lists, points, cells)
+        total += 1.0 / _list_one(slot, largest, size, counts, here, points, lists)
     for i in range(n):
-        length += lists[i, COUNT] if lists[i, COUNT] != ALL else lists.shape[1]
+        length += rows[i, COUNT] if rows[i, COUNT] != ALL else rows.shape[1]
     note[SPACING], note[LENGTH] = n / total, length / n
     note[AGE], note[WIDEST], note[MOVED] = 0.0, largest, 0.0
     note[MADE] += 1.0
@@ -357,25 +370,23 @@ def _list_neighbors(
 
 @inlined
 def _list_one(
-    slot: int, skin: float, largest: float, size: float, counts: Array, here: Array, lists: Array,
-    points: Array, cells: Array,
-) -> float:  # fmt: skip
+    slot: int, largest: float, size: float, counts: Array, here: Array, points: Array, lists: Lists
+) -> float:
     """Lists the candidates of the robot in one slot, and notes how near the nearest are.
 
     Args:
         slot: Place in the order of cells.
-        skin: [m].
         largest: Radius of the largest robot [m].
         size: Of a cell [m].
         counts: Cells along each axis, shape (3,).
         here: Scratch, shape (3,).
-        lists: A row is written.
         points: Positions of all robots, shape (n, p) [m].
-        cells: See `sort_into_cells`; `SQUARES` is scratch.
+        lists: A row is written; `SQUARES` of the cells is scratch.
 
     Returns:
         Its distance to the nearest robot [m]; infinite where there is none.
     """
+    cells, skin = lists.cells, lists.note[SKIN]
     order, own = cells[ORDER], cells[RADIUS, slot]
     i = int(order[slot])
     cell, widest = int(cells[CELL_OF, i]), 0
@@ -394,7 +405,7 @@ def _list_one(
         around = int(wider) if wider < widest else widest  # also where it is too large for an integer
     square = (ROUNDING * distance + 2.0 * skin) ** 2
     nearest, clearance = clearance, clearance + 2.0 * skin
-    row, found = lists[i], 0
+    row, found = lists.rows[i], 0
     for place in range(count):
         apart, other = cells[SQUARES, place], int(cells[SLOTS, place])
         reach = ROUNDING * max(clearance + own + cells[RADIUS, other], 0.0)

@@ -38,6 +38,7 @@ class Policy(Equations):
     asks: ClassVar[tuple[str, ...]] = ("velocity", "acts")
     reads: ClassVar[tuple[tuple[str, str], ...]] = tuple((name, name) for name in names_of(Body))
     keeps: ClassVar[str] = "policy_memory"
+    keeps_vectors: ClassVar[bool] = True
     seeks: ClassVar[bool] = False
     """Whether it wants to reach the target, as opponents do."""
 

@@ -72,6 +72,12 @@ class RobotKind(Member):
 
     kind: str
 
+    @classmethod
+    def misstated(cls) -> Iterator[tuple[str, str]]:
+        """Yield its body, if it has none."""
+        if not (cls.mjcf or cls.part):
+            yield "mjcf", 'its body, as in  mjcf = "<body> ... </body>"'
+
     def misfits(self, radius: float) -> Iterator[str]:
         """Yield what of its parameters does not fit, in words.
 

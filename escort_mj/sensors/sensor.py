@@ -1,6 +1,6 @@
 """Base of sensors: what is measured of a quantity, from its true value."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Annotated, Any, ClassVar, NamedTuple
 
 from escort_mj.components.dispatch import in_turn
@@ -67,6 +67,13 @@ class Sensor(Equations):
     """Quantities that it can measure."""
 
     sensor: str
+
+    @classmethod
+    def misstated(cls) -> Iterator[tuple[str, str]]:
+        """Yield what it measures, if that is unknown."""
+        found: Any = cls.measures
+        if not isinstance(found, tuple) or not found or not {*found} <= {*QUANTITIES}:
+            yield "measures", f'some of {", ".join(QUANTITIES)}, as in ("heading",)'
 
     def shows(self, r: Values) -> Any:
         """Return the measured value.

@@ -7,13 +7,14 @@ from hypothesis import strategies as st
 from scipy.spatial import KDTree
 
 from escort_mj.native.compiler.declarations import jitted
+from escort_mj.numerics import neighbors
 from escort_mj.numerics.cells import CELL_ROWS
 from escort_mj.numerics.neighbors import ALL, COUNT, FIRST, NEIGHBORS, NOTE, keep_neighbors
 
 
 @jitted
-def keep(points, radius, lists, places, note, cells):
-    keep_neighbors(points, radius, lists, places, note, cells)
+def keep(points, radius, lists):
+    keep_neighbors(points, radius, lists)
 
 
 class Lists:
@@ -26,7 +27,7 @@ class Lists:
 
     def keep(self, points: np.ndarray) -> int:
         """Keeps them valid; returns how many steps they have held."""
-        keep(points, self.radius, self.lists, *self.rest)
+        keep(points, self.radius, neighbors.Lists(self.lists, *self.rest))
         return int(self.rest[1][1])
 
     def candidates(self) -> np.ndarray:

@@ -69,7 +69,8 @@ def _minimize(rows: Array, bounds: Array, count: int, stiffness: float, v: Array
         nominal[k] = v[k]
         scale += abs(v[k])
     for _ in range(MOST_STEPS):
-        cost = _cost(rows, bounds, count, stiffness, nominal, v, gradient, hessian, True)
+        cost = _cost(rows, bounds, count, stiffness, nominal, v)
+        _differentiate(rows, bounds, count, stiffness, nominal, v, gradient, hessian)
         largest, slope = 0.0, 0.0
         _solve(hessian, gradient, step)
         for k in range(p):
@@ -82,7 +83,7 @@ def _minimize(rows: Array, bounds: Array, count: int, stiffness: float, v: Array
         for _halving in range(HALVINGS):
             for k in range(p):
                 trial[k] = v[k] - share * step[k]
-            better = _cost(rows, bounds, count, stiffness, nominal, trial, gradient, hessian, False)
+            better = _cost(rows, bounds, count, stiffness, nominal, trial)
             if better <= cost + 1e-4 * share * slope + 1e-14 * cost:
                 break
             share *= 0.5
@@ -250,30 +251,37 @@ def speed_along(rows: Array, j: int, v: Array) -> float:
 
 
 @inlined
-def _cost(
-    rows: Array, bounds: Array, count: int, stiffness: float, nominal: Array, v: Array,
-    gradient: Array, hessian: Array, differentiated: bool,
-) -> float:  # fmt: skip
-    """What `nearest_velocity` minimizes, and its derivatives where asked for."""
-    p = v.shape[0]
+def _cost(rows: Array, bounds: Array, count: int, stiffness: float, nominal: Array, v: Array) -> float:
+    """Return what `nearest_velocity` minimizes."""
     cost = 0.0
-    for k in range(p):
+    for k in range(v.shape[0]):
         cost += 0.5 * (v[k] - nominal[k]) ** 2
-        if differentiated:
-            gradient[k] = v[k] - nominal[k]
-            for column in range(p):
-                hessian[k, column] = 1.0 if k == column else 0.0
+    for j in range(count):
+        missing = bounds[j] - speed_along(rows, j, v)
+        if missing > 0.0:
+            cost += 0.5 * stiffness * missing * missing
+    return cost
+
+
+@inlined
+def _differentiate(
+    rows: Array, bounds: Array, count: int, stiffness: float, nominal: Array, v: Array,
+    gradient: Array, hessian: Array,
+) -> None:  # fmt: skip
+    """Write the derivatives of that, shapes (p,) and (p, p)."""
+    p = v.shape[0]
+    for k in range(p):
+        gradient[k] = v[k] - nominal[k]
+        for column in range(p):
+            hessian[k, column] = 1.0 if k == column else 0.0
     for j in range(count):
         missing = bounds[j] - speed_along(rows, j, v)
         if missing <= 0.0:
             continue
-        cost += 0.5 * stiffness * missing * missing
-        if differentiated:
-            for k in range(p):
-                gradient[k] -= stiffness * missing * rows[j, k]
-                for column in range(p):
-                    hessian[k, column] += stiffness * rows[j, k] * rows[j, column]
-    return cost
+        for k in range(p):
+            gradient[k] -= stiffness * missing * rows[j, k]
+            for column in range(p):
+                hessian[k, column] += stiffness * rows[j, k] * rows[j, column]
 
 
 @inlined

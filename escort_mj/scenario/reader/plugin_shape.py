@@ -13,21 +13,16 @@ from pydantic import ValidationError
 from escort_mj.behaviors.behavior import Behavior
 from escort_mj.components.component import Compiled, Component
 from escort_mj.components.equations import Equations, Memory, kind_word
+from escort_mj.components.memory import RATE
 from escort_mj.components.parameters import Member, Parameters
-from escort_mj.disturbances import Disturbance
 from escort_mj.errors import PluginError
 from escort_mj.estimators import Estimator
 from escort_mj.expectations.expectation import Expectation
-from escort_mj.failures import Failure
-from escort_mj.failures.failure import MOTORS
-from escort_mj.knowledge.sight import MEASURES
-from escort_mj.laws.law import Law
 from escort_mj.metrics.metric import Metric
 from escort_mj.policies import Policy
 from escort_mj.robots import RobotKind
 from escort_mj.scenario.findings import did_you_mean, listed
 from escort_mj.scenario.kinds import kind_of
-from escort_mj.sensors import QUANTITIES, Sensor
 from escort_mj.signals import SIGNALS
 
 NAME = re.compile(r"[a-z][a-z0-9_]{0,39}\Z")
@@ -66,18 +61,16 @@ def check_shape(model: type[Any], source: str) -> None:
             raise PluginError(f"{place}: {error}") from None
     if issubclass(model, RobotKind):
         check_name(model, place)
-        if not (model.mjcf or model.part):
-            raise PluginError(f'{place}: has no body; give it  mjcf = "<body> ... </body>"')
     if issubclass(model, Expectation):
         _check_expectation(model, place)
     else:
         check_defaults(model, place)
-    if issubclass(model, Estimator):
-        _check_estimator(model, place)
-    if issubclass(model, Sensor):
-        _check_sensor(model, place)
-    if issubclass(model, Failure) and model.motors not in MOTORS:
-        raise PluginError(f"{place}: found motors = {model.motors!r}; expected {listed(MOTORS)}")
+    for name, expected in model.misstated():
+        value = getattr(model, name)
+        found = (
+            f"{name}{_line(value)}" if isfunction(value) else f"{name} = {value!r:.80}{_line_of(model, name)}"
+        )
+        raise PluginError(f"{place}: found {found}; expected {expected}")
     _check_names(model, place)
 
 
@@ -129,29 +122,6 @@ def _check_names(model: type[Any], place: str) -> None:
 def _is_method(value: Any) -> bool:
     """Whether it is a method or a property."""
     return callable(value) or isinstance(value, property)
-
-
-def _check_estimator(model: type[Estimator], place: str) -> None:
-    """It needs what robots can measure, and its belief has a size that it can have."""
-    sets: Any = model.needs
-    known = sets if isinstance(sets, tuple) else ()
-    if not known or not all(isinstance(each, tuple) and {*each} <= {*MEASURES} for each in known):
-        raise PluginError(
-            f'{place}: found needs = {sets!r}; expected sets of {listed(MEASURES)}, as in (("position",),)'
-        )
-    try:
-        model.model_validate({})
-    except ValidationError as error:
-        raise PluginError(f"{place}: {error.errors()[0]['msg'].removeprefix('Value error, ')}") from None
-
-
-def _check_sensor(model: type[Sensor], place: str) -> None:
-    """It says what it measures."""
-    found: Any = model.measures
-    if not isinstance(found, tuple) or not found or not {*found} <= {*QUANTITIES}:
-        raise PluginError(
-            f'{place}: found measures = {found!r}; expected {listed([*QUANTITIES])}, as in ("heading",)'
-        )
 
 
 def check_metric(metric: Metric, source: str) -> None:
@@ -219,6 +189,12 @@ def check_defaults(model: type[Any], place: str) -> None:
                 words = error.errors()[0]["msg"]
                 words = f"found the default {field.default!r:.80}; {words[:1].lower()}{words[1:]}"
                 raise PluginError(f"{place}: {name}{_line_of(model, name)}: {words}") from None
+    if not any(field.is_required() for field in model.model_fields.values()):
+        try:
+            model.model_validate({})
+        except ValidationError as error:
+            words = error.errors()[0]["msg"].removeprefix("Value error, ")
+            raise PluginError(f"{place}: {words}") from None
 
 
 def _check_equations(model: type[Equations], place: str) -> None:
@@ -236,8 +212,8 @@ def _check_equations(model: type[Equations], place: str) -> None:
             found = f"{memory} = {getattr(model, memory)!r:.80}{_line_of(model, memory)}"
             words = 'its unit and its meaning in words, as in Memory("N", "disturbance")'
             raise PluginError(f"{place}: found {found}; expected {words}")
-        if is_vector and not issubclass(model, Policy):
-            words = "policies alone say so: what others keep has one shape"
+        if is_vector and not model.keeps_vectors:
+            words = f"what {kind_word(model)}s keep has one shape"
             raise PluginError(f"{place}: found vector = True of {memory}{_line_of(model, memory)}; {words}")
         if truth != "" and truth not in (shown := estimable(unit)):
             words = f"a signal of each robot and axis in {unit}: {listed(shown)}"
@@ -251,7 +227,7 @@ def _check_equations(model: type[Equations], place: str) -> None:
     for name in own:
         if name.endswith(model.moves) and name not in moved:
             memory = f'{name.removesuffix(model.moves)}: ClassVar[Memory] = Memory("unit", "meaning")'
-            verb = "integrates" if issubclass(model, Law | Disturbance) else "keeps"
+            verb = "integrates" if model.moves == RATE else "keeps"
             words = f"nothing {verb} {name}{_line(vars(model)[name])}; expected the line  {memory}"
             raise PluginError(f"{place}: {words}{did_you_mean(name, moved)}")
     if model.memories() and not model.keeps:
@@ -262,9 +238,6 @@ def _check_equations(model: type[Equations], place: str) -> None:
         raise PluginError(
             f"{place}: {taken[0]} is a value that {kind_word(model)}s read; choose another name"
         )
-    if issubclass(model, Law) and "acceleration" in model.equations() and not model.needs_model:
-        words = "the line  needs_model: ClassVar[bool] = True"
-        raise PluginError(f"{place}: found acceleration{_line(model.acceleration)}; expected {words}")
     for function in model.equations().values():
         _check_signature(function, ["self", "r"], place)
 
