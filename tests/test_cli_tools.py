@@ -17,7 +17,7 @@ def test_new_then_run_then_export(command, tmp_path: Path) -> None:
     code, out, _ = command("export", "renders/mine", "mine.csv")
     assert (code, out) == (0, "wrote mine.csv\n")
     header, *rows = (tmp_path / "mine.csv").read_text().splitlines()
-    assert "q.robot_4.y" in header.split(",") and len(rows) == 51
+    assert "q.robot_4.y [m]" in header.split(",") and len(rows) == 51
     assert command("export", "renders/mine", "ran.xml")[0] == 0
     assert (tmp_path / "ran.xml").read_text() == (tmp_path / "renders" / "mine" / "model.xml").read_text()
     assert command("export", "mine.yaml", "made.xml")[0] == 0

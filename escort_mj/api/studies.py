@@ -438,12 +438,8 @@ def _table_of(path: Path) -> Callable[[], pandas.DataFrame]:
     def read() -> pandas.DataFrame:
         import pandas
 
-        from escort_mj.record.tables import parted
+        from escort_mj.record.tables import without_units
 
-        found = pandas.read_csv(StringIO(text))
-        units = dict(map(parted, found.columns))
-        found.columns = pandas.Index(units)
-        found.attrs["units"] = {name: unit for name, unit in units.items() if unit}
-        return found
+        return without_units(pandas.read_csv(StringIO(text)))
 
     return read

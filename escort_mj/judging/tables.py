@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from escort_mj.errors import LogError, UsageError
 from escort_mj.judging.log import FORCE, POSITION, VELOCITY, Log, Track, Wanted, unsound
+from escort_mj.record.tables import without_units
 from escort_mj.scenario.findings import did_you_mean, listed, shortened
 from escort_mj.signals import SIGNALS, Signal
 
@@ -21,6 +22,7 @@ Array = NDArray[np.float64]
 
 CSV, PARQUET = ".csv", ".parquet"
 TIME, NAME = "time", "name"
+UNITS = {POSITION: "m", VELOCITY: "m/s", FORCE: "N"}
 LETTERS = {POSITION: "", VELOCITY: "v", FORCE: "f"}  # x, vx, fx
 OWN = {"q": POSITION, "v": VELOCITY, "force": FORCE}  # columns of our own export, such as q.robot_1.x
 OWN_TARGET = {"target_position": POSITION, "target_velocity": VELOCITY}
@@ -44,14 +46,15 @@ def read_table(path: Path, wanted: Wanted) -> Log:
         UsageError: If the file cannot be read, or what reads Parquet is not installed.
         LogError: If it has no time stamps.
     """
-    table = _read(path)
-    columns = [str(column).strip() for column in table.columns]
-    table.columns = columns
+    table = without_units(_read(path))
+    columns = [*table.columns]
     if twice := sorted({column for column in columns if column and columns.count(column) > 1}):
         raise LogError(path, [f"found two columns {shortened(column)}; expected one" for column in twice])
     if TIME not in columns:
         hint = did_you_mean(TIME, columns) or f"; found {shortened(', '.join(columns))}"
         raise LogError(path, [f"there is no column time [s]{hint}"])
+    if words := [*_other_units(table, [TIME], "s")]:
+        raise LogError(path, words)
     return _long(path, table, wanted) if NAME in columns else _wide(path, table, wanted)
 
 
@@ -113,7 +116,7 @@ def _wide(path: Path, table: pandas.DataFrame, wanted: Wanted) -> Log:
             and (quantity == POSITION or table[[*columns.values()]].notna().any(axis=None))
         }
         label = next(key for key, value in called.items() if value == name)
-        faults += _partial(label, quantities, wanted.axes)
+        faults += _unsound_columns(table, label, quantities, wanted.axes)
         if POSITION in found:
             tracks[name] = _track(name, label, time, found)
         elif name in wanted.robots and POSITION not in quantities:
@@ -122,6 +125,7 @@ def _wide(path: Path, table: pandas.DataFrame, wanted: Wanted) -> Log:
     more: dict[str, tuple[Array, Array]] = {}
     stamped = np.isin(time, np.hstack([[], *(tracks[name].time for name in wanted.robots if name in tracks)]))
     for name, its in signals.items():
+        faults += _other_units(table, its.values(), _SIGNALS[name].unit)
         values = _signal(_SIGNALS[name], its, table, wanted)
         if values is None or np.isnan(values).all():
             continue
@@ -150,7 +154,7 @@ def _long(path: Path, table: pandas.DataFrame, wanted: Wanted) -> Log:
             ignored.append(column)
     if missing := [axis for axis in wanted.axes if axis not in places.get(POSITION, {})]:
         raise LogError(path, [*faults, f"there is no column {listed(missing)}"])
-    faults += _partial("", places, wanted.axes)
+    faults += _unsound_columns(table, "", places, wanted.axes)
     tracks = {}
     for label, name in called.items():
         rows = table[table[NAME] == label]
@@ -178,13 +182,23 @@ def _quantity(letter: str, axes: Sequence[str]) -> tuple[str, str]:
     return "", ""
 
 
-def _partial(label: str, quantities: dict[str, dict[str, str]], axes: Sequence[str]) -> Iterable[str]:
-    """Quantities that have columns for some axes only."""
+def _unsound_columns(
+    table: pandas.DataFrame, label: str, quantities: dict[str, dict[str, str]], axes: Sequence[str]
+) -> Iterable[str]:
+    """Quantities that have columns for some axes only, or in another unit."""
     for quantity, columns in quantities.items():
+        yield from _other_units(table, columns.values(), UNITS[quantity])
         if missing := [axis for axis in axes if axis not in columns]:
             names = [f"{label}{'.' if label else ''}{LETTERS[quantity]}{axis}" for axis in missing]
             there = next(iter(columns.values()))
             yield f"{label or quantity}: no column {listed(names)}, though there is {there}"
+
+
+def _other_units(table: pandas.DataFrame, columns: Iterable[str], unit: str) -> Iterable[str]:
+    """Columns whose heads name another unit; heads may name none."""
+    for column in columns:
+        if (found := table.attrs["units"].get(column, unit)) != unit:
+            yield f"column {column} [{found}]: expected [{unit}]"
 
 
 def _similar(label: str, columns: Iterable[object], called: Iterable[str]) -> str:

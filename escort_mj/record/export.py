@@ -11,6 +11,7 @@ import numpy as np
 
 from escort_mj.errors import UsageError
 from escort_mj.files import replaced
+from escort_mj.record.tables import with_units
 
 if TYPE_CHECKING:
     import pandas
@@ -58,7 +59,8 @@ def write_table(trace: xarray.Dataset, path: Path) -> None:
 
     Args:
         trace: Of a run.
-        path: A `.csv` file, whose numbers read back exactly, or a `.parquet` file, which keeps `attrs`.
+        path: A `.csv` file, whose heads are `name [unit]` and whose numbers read back exactly, or a
+            `.parquet` file, which keeps `attrs`.
 
     Raises:
         UsageError: If nothing that writes Parquet is installed.
@@ -70,6 +72,6 @@ def write_table(trace: xarray.Dataset, path: Path) -> None:
             if path.suffix == PARQUET:
                 rows.to_parquet(file, index=False)
             else:
-                rows.to_csv(file, index=False)
+                with_units(rows).to_csv(file, index=False)
     except ImportError:
         raise UsageError(f"{path}: writing Parquet needs pyarrow; pip install pyarrow adds it") from None

@@ -6,7 +6,10 @@ import csv
 import io
 from collections.abc import Iterable, Sequence
 from itertools import zip_longest
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    import pandas
 
 _LATEX = {letter: f"\\{letter}" for letter in "&%$#_{}"} | {
     "\\": r"\textbackslash{}",
@@ -35,6 +38,22 @@ def parted(head: str) -> tuple[str, str]:
     """Return name and unit of a column's head; the unit is empty where it has none."""
     name, mark, unit = head.partition(" [")
     return (name, unit[:-1]) if mark and unit.endswith("]") else (head, "")
+
+
+def with_units(table: pandas.DataFrame) -> pandas.DataFrame:
+    """Return a table whose heads are `name [unit]`, with the units in its `attrs["units"]`."""
+    units = table.attrs.get("units", {})
+    return table.set_axis([headed(name, units.get(name, "")) for name in table.columns], axis="columns")
+
+
+def without_units(table: pandas.DataFrame) -> pandas.DataFrame:
+    """Return a table whose heads are names; units that stood in them are in its `attrs["units"]`."""
+    parts = [parted(str(head).strip()) for head in table.columns]
+    plain = table.set_axis([name for name, _ in parts], axis="columns")
+    stated = table.attrs.get("units")
+    known = stated if isinstance(stated, dict) else {}
+    plain.attrs["units"] = known | {name: unit for name, unit in parts if unit}
+    return plain
 
 
 def comma_separated(rows: Iterable[Iterable[Any]]) -> str:

@@ -158,7 +158,7 @@ def test_a_cell_is_shown_without_a_picture_where_none_can_be_drawn(made: Run, mo
 
 
 def test_runs_are_exported(made: Run, tmp_path: Path) -> None:
-    assert made.export(tmp_path / "run.csv").read_text().startswith("time,q.robot_1.x,")
+    assert made.export(tmp_path / "run.csv").read_text().startswith("time [s],q.robot_1.x [m],")
     assert made.export(tmp_path / "run.xml").read_text().startswith("<mujoco")
     with pytest.raises(UsageError, match="the suffix says what to write; allowed are .xml, .csv"):
         made.export(tmp_path / "run.doc")

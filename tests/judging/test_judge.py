@@ -256,6 +256,14 @@ FAULTS = {
         lambda t: t.assign(time=t.time.where(t.time < t.time.max(), np.inf)),
         "robot_1: a time stamp is not a finite number",
     ),
+    "other unit": (
+        lambda t: t.rename(columns={"robot_1.x": "robot_1.x [km]"}),
+        r"column robot_1.x \[km\]: expected \[m\]",
+    ),
+    "other unit of time": (
+        lambda t: t.rename(columns={"time": "time [ms]"}),
+        r"column time \[ms\]: expected \[s\]",
+    ),
     "no time": (lambda t: t.rename(columns={"time": "stamp"}), "there is no column time"),
     "nothing": (lambda t: t[:0], "robot_1: 0 complete rows"),
 }

@@ -8,6 +8,7 @@ import pytest
 
 from escort_mj.errors import WriteError
 from escort_mj.record.export import dataframe_of, write_table
+from escort_mj.record.tables import without_units
 from tests.limits import files_up_to
 
 
@@ -26,7 +27,11 @@ def test_a_column_for_each_number(make_trace) -> None:
 def test_numbers_read_back_exactly(make_trace, tmp_path: Path) -> None:
     trace = make_trace(np.linspace(0.0, 1.0, 7) / 3.0)
     write_table(trace, tmp_path / "run.csv")
-    back = pandas.read_csv(tmp_path / "run.csv")
+    table = pandas.read_csv(tmp_path / "run.csv")
+    assert {"time [s]", "q.robot_1.x [m]", "v.robot_1.y [m/s]"} <= {*table}
+    back = without_units(table)
+    units = {name: unit for name, unit in dataframe_of(trace).attrs["units"].items() if unit != "1"}
+    assert back.attrs["units"] == units
     pandas.testing.assert_frame_equal(back, dataframe_of(trace), check_exact=True, check_dtype=False)
 
 

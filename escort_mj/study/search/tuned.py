@@ -6,11 +6,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from escort_mj.metrics import METRICS
-from escort_mj.record.tables import comma_separated
+from escort_mj.record.tables import comma_separated, headed
+from escort_mj.study.sweeps.results import unit_of
 from escort_mj.study.sweeps.searches import Tune
-
-UNITS = {metric.name: "" if metric.unit == "1" else f" {metric.unit}" for metric in METRICS}
 
 
 @dataclass(frozen=True)
@@ -91,9 +89,9 @@ def trials_csv(search: Tune, own: TunedPoint, trials: Sequence[TunedPoint], fron
     """All trials as comma-separated values; number 0 is the scenario's own."""
     objectives = [objective.key for objective in search.objectives]
     bounded = [m for m in dict.fromkeys(bound.key for bound in search.bounds) if m not in objectives]
-    lines: list[list[object]] = [
-        ["trial", *search.over, *objectives, *bounded, *own.violations, "feasible", "front"]
-    ]
+    units = {key: unit_of(key) for key in search.over} | units_of(search)
+    heads = [headed(key, units[key]) for key in (*search.over, *objectives, *bounded)]
+    lines: list[list[object]] = [["trial", *heads, *own.violations, "feasible", "front"]]
     for number, trial in enumerate([own, *trials]):
         lines.append(
             [
@@ -110,16 +108,15 @@ def trials_csv(search: Tune, own: TunedPoint, trials: Sequence[TunedPoint], fron
 
 
 def units_of(search: Tune) -> dict[str, str]:
-    """Units of what a search looks at, by key; of a plugin's metric none is known."""
-    measured = [*search.objectives, *search.bounds]
-    return {one.key: UNITS[one.metric] for one in measured if one.metric in UNITS}
+    """Units of what a search looks at, by key; empty where none is known."""
+    return {one.key: one.unit for one in (*search.objectives, *search.bounds)}
 
 
 def rows_of_gains(found: Tuned, search: Tune) -> Iterator[list[str]]:
     """The comparison on seeds held out by metric: own, tuned, change, its interval, in how many smaller."""
     units = units_of(search)
     for metric, gain in found.gains.items():
-        unit = units.get(metric, "")
+        unit = "" if units[metric] in ("", "1") else f" {units[metric]}"
         yield [
             metric,
             f"{gain.own:.3g}{unit}",

@@ -15,6 +15,8 @@ from escort_mj.record.window import Over, Span, span_faults
 from escort_mj.scenario.findings import Finding, Path
 from escort_mj.study.engine.store import Row
 
+SHIPPED = {metric.name: metric for metric in METRICS}
+
 MetricName = Annotated[str, Field(json_schema_extra={"examples": [*METRIC_NAMES]})]
 """A metric that ships, or one of the scenario's plugins: `design.Design` checks it."""
 
@@ -49,9 +51,14 @@ class MetricOver(Parameters):
         return self.metric if self.span is None else f"{self.metric}_{self.span.suffix}"
 
     @property
+    def unit(self) -> str:
+        """Unit of the metric, `1` for none; empty where none is known: of a plugin's."""
+        return SHIPPED[self.metric].unit if self.metric in SHIPPED else ""
+
+    @property
     def words(self) -> str:
         """Title and window: `radius error, mean, last fifth`."""
-        metric = next((one for one in METRICS if one.name == self.metric), None)
+        metric = SHIPPED.get(self.metric)
         span = self.span or (metric.span if metric else None)
         return ", ".join([title_of(self.metric), *([span.words] if span else [])])
 

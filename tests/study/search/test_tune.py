@@ -65,7 +65,8 @@ def test_one_objective(tmp_path, compiled):
     assert run.scenario.controller.proportional_gain == found.best.point["controller.proportional_gain"]
     assert run.passed and run.scenario.name == "best"
     table = trials(out)
-    assert len(table) == 21 and table[0]["controller.proportional_gain"] == ""
+    assert len(table) == 21 and table[0]["controller.proportional_gain [N/m]"] == ""
+    assert table[1]["tracking_error_rms [m]"] == str(found.trials[0].values[0])
     assert [row["trial"] for row in table if row["front"] == "True"] == [str(found.front[0] + 1)]
     said = "\n".join(
         tuning_lines(found, laid_out.study.tune, {key: base_of(laid_out, key) for key in found.best.point})

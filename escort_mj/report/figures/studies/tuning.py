@@ -8,12 +8,10 @@ from pathlib import Path
 import numpy as np
 from matplotlib.axes import Axes
 
-from escort_mj.metrics import METRICS
 from escort_mj.report.figures.drawing.style import figure
 from escort_mj.study.search.tuned import Tuned, TunedPoint
 from escort_mj.study.sweeps.searches import Objective, Tune
 
-UNITS = {metric.name: metric.unit for metric in METRICS}
 KEPT, BROKEN, OWN, FRONT = "#3B6FB6", "#B9BEC6", "#B00020", "#1E7B4F"
 SPREAD = 8.0  # largest value over the least beyond which an axis is logarithmic
 
@@ -103,5 +101,4 @@ def _scale(axes: Axes, values: Sequence[float], name: str) -> None:
 
 def _labelled(objective: Objective) -> str:
     """An objective with its unit, where that is known: it is not of a plugin's metric."""
-    known = objective.metric in UNITS
-    return f"{objective.words} [{UNITS[objective.metric]}]" if known else objective.words
+    return f"{objective.words} [{objective.unit}]" if objective.unit else objective.words
