@@ -93,6 +93,17 @@ def _draw_beliefs(state: State, random: np.random.Generator, scale: float) -> No
     state.message[0] = random.integers(-1, rows) if random.random() < HEARING else -1.0
 
 
+def _draw_places(state: State, random: np.random.Generator, scale: float) -> None:
+    """Draw where behaviors that ship send robots: to vertices beside them, and to opponents that threaten."""
+    way = state.q_measured - state.target_position_measured
+    way /= np.linalg.norm(way, axis=1, keepdims=True)
+    state.rotation[:] = np.eye(way.shape[1])
+    state.vertices[:] = (way + 0.2 * random.standard_normal(way.shape))[: len(state.vertices)]
+    for values in (state.threat_position, state.threat_velocity):
+        values[:] = random.standard_normal(values.shape)
+    state.threat[:] = random.integers(0, 2, state.threat.shape)
+
+
 def _draw_message(state: State, random: np.random.Generator, scale: float) -> None:
     """Draw a message of a robot to another."""
     state.message_sender[0], state.message_receiver[0] = random.integers(0, len(state.q), 2)
@@ -116,7 +127,11 @@ def _draw_truth(state: State, random: np.random.Generator, scale: float) -> None
 
 TRIALS: dict[type[Any], Trial] = {
     Law: Trial(lambda part: {"controller": part.own}),
-    Behavior: Trial(lambda part: {"mission": {"behaviors": (part.own,)}}, numbers=lambda state: 1),
+    Behavior: Trial(
+        lambda part: {"mission": {"behaviors": (part.own,)}},
+        draw=_draw_places,
+        numbers=lambda state: 1,
+    ),
     OuterLoop: Trial(lambda part: {"mission": {"outer": part.own}}),
     Policy: Trial(
         lambda part: {"target": {"position": (0.0,) * part.axes, "policy": part.own}},

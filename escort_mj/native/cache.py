@@ -43,7 +43,8 @@ ROOMS = (
     ),
     *("memory", "world/loop"),
 )
-NO_CONSTANTS = {  # modules from which no kernel takes anything
+NO_CONSTANTS = {  # modules and rooms from which no kernel takes anything
+    "scenario",
     *("__init__.py", "errors.py", "files.py", "plugin_calls.py", "stopping.py", "supervised.py"),
     *(f"native/{name}.py" for name in ("artifacts", "cache", "levels", "shipped")),
 }
@@ -69,7 +70,7 @@ def _read_sources(package: Path) -> dict[str, bytes]:
     found: dict[str, bytes] = {}
     while left:
         source = left.pop()
-        if source in found or source in NO_CONSTANTS or source not in names:
+        if source in found or NO_CONSTANTS & {source, source.split("/")[0]} or source not in names:
             continue
         found[source] = (package / source).read_bytes()
         for module, members in _IMPORT.findall(found[source].decode()):

@@ -2,13 +2,19 @@
 
 import json
 from collections.abc import Iterable
-from typing import Any
+from typing import Any, NamedTuple
 
 import pytest
 
-from escort_mj.conformance import records, repeats
+from escort_mj.behaviors import BEHAVIORS, Chords, Formation, Goal, Intercept, Repulsion
+from escort_mj.behaviors.behavior import Behavior
+from escort_mj.behaviors.connect import Connect
+from escort_mj.behaviors.orbit import Orbit
+from escort_mj.conformance import records, repeats, stand
+from escort_mj.conformance.behaviors import check_behavior
 from escort_mj.conformance.checking import Checks, checks_of
 from escort_mj.conformance.missions import check_missions
+from escort_mj.conformance.parameters import check_parameters
 from escort_mj.conformance.repeats import check_calls
 from escort_mj.conformance.stand import CheckResult
 from escort_mj.control.outer_loops import OUTER_LOOPS
@@ -17,8 +23,10 @@ from escort_mj.estimators import ESTIMATORS, Estimator, Predict
 from escort_mj.expectations import EXPECTATIONS
 from escort_mj.failures import FAILURES, Failure
 from escort_mj.laws import LAWS, Law
+from escort_mj.memory.layout import LAYOUT, Plan, State
 from escort_mj.metrics import METRICS
 from escort_mj.metrics.metric import Metric
+from escort_mj.native.fields import declared
 from escort_mj.policies import POLICIES, Policy
 from escort_mj.policies.straight import Straight
 from escort_mj.radios import RADIOS, Periodic, Radio
@@ -69,6 +77,37 @@ def test_what_ships_is_what_a_plugins_has_to_be(
 ) -> None:
     monkeypatch.setattr(repeats, "DRAWS", 6)  # all of them are slow
     assert not faults(member, (check for check in checks_of(member) if check is not check_missions))
+
+
+EVERYTHING = NamedTuple("Everything", [(name, Any) for name in declared(Plan) | declared(State)])  # type: ignore[misc]
+GIVEN: dict[type[Behavior], dict[str, Any]] = {
+    Connect: {"distance": 3.0},
+    Goal: {"goals": "opposite"},
+    Intercept: {"speed": 1.0},  # by default that of the mission, which has no limit here
+}
+"""Keys that a behavior has to be given."""
+
+
+@pytest.fixture(scope="module")
+def everything() -> type[Any]:
+    """A view of all fields, in place of the one that plugins' behaviors are handed."""
+    LAYOUT.part(EVERYTHING)
+    return EVERYTHING
+
+
+@pytest.mark.parametrize("behavior", [each for each in BEHAVIORS if each is not Formation], ids=name_of)
+def test_behaviors_that_ship_are_what_a_plugins_has_to_be(
+    compiled: None, behavior: type[Behavior], everything: type[Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    own = GIVEN.get(behavior, {})
+    kinds = {name: behavior.model_fields[name].annotation for name in own}
+    text = {"__module__": behavior.__module__, "__annotations__": kinds, "view": everything}
+    member = type(behavior.__name__, (behavior,), {**text, **own})
+    if behavior is Chords:  # it has no arrangement of other teams
+        monkeypatch.setattr(stand, "SIZES", ((5, 2), (3, 2)))
+    found = faults(member, (check_parameters, check_behavior))
+    alone = behavior not in (Orbit, Repulsion)  # their errors may rise while the figure and the others stand
+    assert not [row for row in found if alone or row.name != "works"]
 
 
 @pytest.mark.slow
