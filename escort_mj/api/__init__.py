@@ -89,7 +89,7 @@ def _label(path: Path) -> str:
     here = Path(os.path.relpath(path))
     if ".." in here.parts or not here.name:
         here = Path(path.resolve().name or "root")
-    return here.as_posix() if path.is_dir() else here.with_suffix("").as_posix()
+    return here.as_posix() if os.path.isdir(path) else here.with_suffix("").as_posix()
 
 
 def loaded(

@@ -292,6 +292,8 @@ def reproduce(
     known = {shown.name: shown for shown in design.study.figures}
     words = [word.strip() for text in only for word in str(text).split(",") if word.strip()]
     names = [f"fig{int(word):02d}" if word.isdigit() else word for word in words]
+    if only and not words:
+        raise UsageError("--only: found no figure; those of the paper are 5 to 17")
     if unknown := [word for word, name in zip(words, names, strict=True) if name not in known]:
         raise UsageError(
             f"--only {', '.join(unknown)}: there is no such figure; those of the paper are 5 to 17"

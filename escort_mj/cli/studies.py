@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -205,7 +206,7 @@ def shrink_command(
     from escort_mj.scenario.reader.load import stored_scenario
     from escort_mj.study.search.smallest import shrink_scenario, shrunk_lines
 
-    if (folder := Path(source)).is_dir():
+    if os.path.isdir(folder := Path(source)):
         if overrides or plugins:
             raise UsageError("--set and --plugin change a scenario, not a run folder")
         scenario = stored_scenario(read_run(folder).scenario_yaml, folder)

@@ -86,8 +86,9 @@ class EscortEnv(gymnasium.Env[Seen, NDArray[np.float32]]):
             UsageError: If the seed is no whole number of at least 0, or there are options.
         """
         no_options(options)
-        super().reset(seed=seed)
-        self.simulation.reset(self._seeds.next(seed))
+        mission = self._seeds.next(seed)
+        super().reset(seed=None if seed is None else mission)
+        self.simulation.reset(mission)
         return self._observed(), {}
 
     def step(self, action: NDArray[np.float32]) -> tuple[Seen, float, bool, bool, dict[str, Any]]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -94,9 +94,11 @@ class EscortVectorEnv(VectorEnv[Seen, NDArray[np.float32], NDArray[Any]]):
             UsageError: If seeds or options are of another kind.
         """
         mask = np.ones(self.num_envs, dtype=bool)
+        if not isinstance(options, Mapping | None):
+            raise argument_error("options", options, "a table with reset_mask, or None")
         if unknown := [name for name in options or () if name != "reset_mask"]:
             raise argument_error("options", unknown[0], "reset_mask, or none")
-        if options is not None and "reset_mask" in options:
+        if options and "reset_mask" in options:
             mask = np.asarray(options["reset_mask"])
             if mask.shape != (self.num_envs,) or mask.dtype != np.bool_ or not mask.any():
                 raise UsageError(f"reset_mask is {mask!r}; expected {self.num_envs} flags, at least one set")

@@ -26,8 +26,9 @@ def faults_of(log: Log, scenario: Scenario, start: float | None) -> Iterator[str
     """
     yield from log.faults
     yield from _track_faults(log)
-    yield from _time_faults(log, scenario, start)
-    yield from _scale_faults(log, scenario, start)
+    if all(track.ascends for track in log.tracks.values()):
+        yield from _time_faults(log, scenario, start)
+        yield from _scale_faults(log, scenario, start)
 
 
 def span_of(log: Log, scenario: Scenario, start: float | None) -> tuple[float, float]:
@@ -43,8 +44,7 @@ def span_of(log: Log, scenario: Scenario, start: float | None) -> tuple[float, f
         if gap.start < end < gap.end:
             end = gap.start
     timestep = scenario.physics.timestep
-    logged = min(end - begun, 2.0 * scenario.duration)  # a stamp may be infinite
-    whole = last_step(logged, timestep) * timestep if end > begun else 0.0
+    whole = last_step(end - begun, timestep) * timestep if end > begun else 0.0
     return begun, min(scenario.duration, whole)
 
 
@@ -75,18 +75,18 @@ def _time_faults(log: Log, scenario: Scenario, start: float | None) -> Iterator[
     last = min(tracks, key=lambda track: float(track.time[-1]))
     span = float(last.time[-1] - first.time[0])
     if span > FAR_OFF * scenario.duration:
-        words = f"time goes from {first.time[0]:.10g} to {last.time[-1]:.10g}, the mission lasts"
+        words = f"time goes from {first.time[0]:.16g} to {last.time[-1]:.16g}, the mission lasts"
         yield f"{words} {scenario.duration:g} s: time must be in seconds"
         return
     if begun < float(first.time[0]) - SLACK * scenario.physics.timestep:
-        yield f"--start {begun:.10g}: {first.name} is logged from {first.time[0]:.10g} s on"
+        yield f"--start {begun:.16g}: {first.name} is logged from {first.time[0]:.16g} s on"
     for gap in log.gaps:
         if gap.start < begun < gap.end:
-            words = f"{in_words(gap.bodies)} from {gap.start:.10g} to {gap.end:.10g} s"
-            yield f"--start {begun:.10g}: the log has no position of {words}"
+            words = f"{in_words(gap.bodies)} from {gap.start:.16g} to {gap.end:.16g} s"
+            yield f"--start {begun:.16g}: the log has no position of {words}"
     if length < scenario.physics.timestep:
         words = (
-            f"{first.name} is logged from {first.time[0]:.10g} s on, {last.name} up to {last.time[-1]:.10g} s"
+            f"{first.name} is logged from {first.time[0]:.16g} s on, {last.name} up to {last.time[-1]:.16g} s"
         )
         yield f"no time at which all bodies are logged: {words}"
         return

@@ -7,6 +7,7 @@ robots are. Nothing is integrated, so no force is found: neither of motors, unle
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NoReturn
@@ -95,9 +96,9 @@ class Replay(SteppedMission):
         scenario = scenario.replace({"recording.truth": False}) if scenario.recording.truth else scenario
         self._wanted = wanted = wanted_of(scenario, names or {})
         self.log = log = read_log(path, wanted)
-        self._start, self.length = begun, length = span_of(log, scenario, start)
         if faults := [*faults_of(log, scenario, start)]:
             raise LogError(path, faults)
+        self._start, self.length = begun, length = span_of(log, scenario, start)
         self._missing = [n for n in wanted.bodies if n in wanted.unforeseen and n not in log.tracks]
         self._gaps = [
             Gap(gap.start - begun, gap.end - begun, gap.bodies)
@@ -228,8 +229,8 @@ def read_log(path: Path, wanted: Wanted) -> Log:
         UsageError: If there is none, or it cannot be read.
         LogError: If its columns make no sense.
     """
-    if not path.exists():
-        raise UsageError(f"{path}: there is no such file or folder")
+    if not os.path.exists(path):  # which a name that is too long does not either
+        raise UsageError(f"{shortened(path)}: there is no such file or folder")
     inside = sorted(path.iterdir()) if path.is_dir() else []
     if kind := next(filter(None, map(irregular, [path, *inside])), ""):
         raise UsageError(f"{path}: is {kind}, not a file" if not inside else f"{path}: holds {kind}")

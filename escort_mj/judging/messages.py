@@ -5,7 +5,8 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
+from numbers import Real
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +15,7 @@ from numpy.typing import NDArray
 
 from escort_mj.errors import UsageError
 from escort_mj.judging.log import FORCE, POSITION, REFERENCE, VELOCITY, Log, Track, Wanted
-from escort_mj.scenario.findings import did_you_mean, listed, shortened
+from escort_mj.scenario.findings import did_you_mean, listed, shortened, shown
 
 Array = NDArray[np.float64]
 Messages = Iterator[tuple[str, float, Any]]
@@ -51,9 +52,12 @@ def read_messages(path: Path, wanted: Wanted) -> Log:
         chosen, faults = choose_topics(topics, wanted)
         rows: dict[str, list[tuple[float, dict[str, Array]]]] = {topic: [] for topic in chosen.values()}
         for topic, stamp, message in messages(set(rows)):
-            found = reading_of(message, len(wanted.axes))
+            try:
+                found, own = reading_of(message, len(wanted.axes)), _stamp(message)
+            except ValueError as error:
+                raise UsageError(f"{path}: {topic} at {stamp:.16g} s: {error}") from None
             if POSITION in found:
-                rows[topic].append((_stamp(message) or stamp, found))
+                rows[topic].append((own or stamp, found))
     tracks = {}
     for name, topic in chosen.items():
         if rows[topic]:
@@ -122,6 +126,9 @@ def reading_of(message: Any, axes: int) -> dict[str, Array]:
     Args:
         message: Of ROS, or a table from JSON.
         axes: Number of axes of the mission.
+
+    Raises:
+        ValueError: If there is something else where a number is expected.
     """
     found = {}
     for quantity, places in QUANTITIES.items():
@@ -137,11 +144,10 @@ def reading_of(message: Any, axes: int) -> dict[str, Array]:
 
 def _vector(message: Any, place: str, axes: int) -> Array | None:
     """A vector in a message, with three axes or more; None where there is none."""
+    names = ("x", "y", "z", *(f"x{k}" for k in range(4, axes + 1)))
     part = _part(message, place)
-    numbers = [_part(part, axis) for axis in ("x", "y", "z", *(f"x{k}" for k in range(4, axes + 1)))]
-    if part is None or any(number is None for number in numbers[:axes]):
-        return None
-    return np.array([0.0 if number is None else float(number) for number in numbers])
+    numbers = [] if part is None else [_number(part, axis, place) for axis in names]
+    return None if not numbers or None in numbers[:axes] else np.array([number or 0.0 for number in numbers])
 
 
 def _part(message: Any, place: str) -> Any:
@@ -151,9 +157,20 @@ def _part(message: Any, place: str) -> Any:
     return message
 
 
+def _number(part: Any, key: str, place: str) -> float | None:
+    """A number in a part of a message, which is at a place; None where there is nothing."""
+    value = _part(part, key)
+    if value is None:
+        return None
+    with suppress(OverflowError):
+        if isinstance(value, Real) and not isinstance(value, bool):
+            return float(value)
+    raise ValueError(f"{place}.{key}: found {shown(value)}; expected a number")
+
+
 def _turned(vector: Array, turn: Any) -> Array:
     """A vector of the body's frame in the world's; a quaternion of zeros turns nothing."""
-    w, *axis = (float(_part(turn, key) or 0.0) for key in "wxyz")
+    w, *axis = (_number(turn, key, TURN) or 0.0 for key in "wxyz")
     length = w * w + sum(x * x for x in axis)
     if length == 0.0:
         return vector
@@ -165,12 +182,11 @@ def _stamp(message: Any) -> float | None:
     """The time stamp in a message's header [s]; None for none, or for zero."""
     for place in ("header.stamp", "timestamp"):
         stamp = _part(message, place)
-        seconds = _part(stamp, "sec")
-        rest = next(
-            (x for key in ("nanosec", "nsec", "nanoseconds") if (x := _part(stamp, key)) is not None), 0
-        )
+        seconds = _number(stamp, "sec", place)
+        parts = (_number(stamp, key, place) for key in ("nanosec", "nsec", "nanoseconds"))
+        rest = next((each for each in parts if each is not None), 0.0)
         if seconds is not None and (seconds or rest):
-            return float(seconds) + NS * float(rest)
+            return seconds + NS * rest
     return None
 
 

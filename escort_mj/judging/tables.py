@@ -83,19 +83,27 @@ def _wide(path: Path, table: pandas.DataFrame, wanted: Wanted) -> Log:
     signals: dict[str, dict[tuple[str, ...], str]] = {}
     ignored: list[str] = []
     unknown: dict[str, str] = {}
+    twice: list[str] = []
+
+    def put(name: str, quantity: str, axis: str) -> None:
+        """Say that the column is a body's."""
+        before = places[name].setdefault(quantity, {}).setdefault(axis, column)
+        if before != column:
+            twice.append(f"columns {before} and {column} are both of {name}; expected one")
+
     for column in [str(each) for each in table.columns if each != TIME]:
         first, *rest = column.split(".")
         body, _, letter = column.rpartition(".")
         quantity, axis = _quantity(letter, wanted.axes)
         if first in OWN and len(rest) == 2 and rest[0] in called:
-            places[called[rest[0]]].setdefault(OWN[first], {})[rest[1]] = column
+            put(called[rest[0]], OWN[first], rest[1])
         elif first in OWN_TARGET and len(rest) == 1:
-            places["target"].setdefault(OWN_TARGET[first], {})[rest[0]] = column
+            put("target", OWN_TARGET[first], rest[0])
         elif first == OWN_OBSTACLES and len(rest) == 2:
             if rest[0] in wanted.moving:  # others are where the scenario has them
-                places[rest[0]].setdefault(POSITION, {})[rest[1]] = column
+                put(rest[0], POSITION, rest[1])
         elif body in called and quantity:
-            places[called[body]].setdefault(quantity, {})[axis] = column
+            put(called[body], quantity, axis)
         elif first in LOGGABLE and len(rest) == len(_SIGNALS[first].dims):
             signals.setdefault(first, {})[tuple(rest)] = column
         elif body and quantity and "." not in body and first not in _SIGNALS:
@@ -107,6 +115,7 @@ def _wide(path: Path, table: pandas.DataFrame, wanted: Wanted) -> Log:
         f"{did_you_mean(body, called) or f'; allowed are {listed(list(called))}'}"
         for body, column in unknown.items()
     ]
+    faults += twice
     tracks: dict[str, Track] = {}
     for name, quantities in places.items():
         found = {
@@ -224,12 +233,14 @@ def _signal(
         every = [(*before, label) for before in every for label in labels[dim]]
     if not set(every) <= columns.keys():
         return None
-    values = np.column_stack([_numbers(table[columns[place]]) for place in every])
+    values = np.column_stack([_numbers(table[columns[place]], flags=True) for place in every])
     return values.reshape(len(table), *(len(labels[dim]) for dim in signal.dims))
 
 
-def _numbers(column: pandas.Series) -> Array:
-    """A column as numbers; what is none is NaN."""
+def _numbers(column: pandas.Series, flags: bool = False) -> Array:
+    """A column as numbers; what is none is NaN, and flags are, unless they are 1 and 0."""
     import pandas
 
+    if not flags and column.dtype.kind in "bO":
+        column = column.mask(column.map(lambda each: isinstance(each, bool | np.bool_)))
     return np.asarray(pandas.to_numeric(column, errors="coerce"), dtype=float)

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from escort_mj.errors import RunFolderError
 from escort_mj.files import write_bytes
+from escort_mj.recognize import irregular
 from escort_mj.record.recording import Recorded, Recording
 
 
@@ -30,6 +31,8 @@ def load_recording(path: Path) -> Recording:
     """
     from escort_mj.record.netcdf import from_netcdf
 
+    if kind := irregular(path):
+        raise RunFolderError(f"{path}: is {kind}, not a file")
     try:
         recording = from_netcdf(path)
         for name, one in (*recording.coords.items(), *recording.data_vars.items()):

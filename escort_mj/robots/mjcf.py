@@ -68,7 +68,7 @@ class Mjcf(FileKind):
     """A robot from an MJCF file in the scenario's folder: any model whose actuators can move it."""
 
     kind: Literal["mjcf"] = "mjcf"
-    file: Name
+    file: Annotated[str, Field(min_length=1, max_length=4096)]
     """Path of the MJCF file, relative to the scenario's folder."""
 
     @property

@@ -16,7 +16,7 @@ import types
 import typing
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from numbers import Real
+from numbers import Integral, Real
 from typing import Annotated, Any, ForwardRef, Literal, ParamSpec, TypeVar
 
 import numpy as np
@@ -276,7 +276,14 @@ def kind_of(annotation: Any, scope: dict[str, Any] | None = None) -> Kind:
         )
     if origin in (Sequence, list):
         one = kind_of(parts[0])
-        return Kind(f"a list of: {one.words}", lambda value: _is_list(value) and all(map(one.accepts, value)))
+        return Kind(
+            f"a list of: {one.words}",
+            lambda value: (
+                _is_list(value)
+                and not isinstance(value, np.ndarray)  # which is neither true nor false
+                and all(map(one.accepts, value))
+            ),
+        )
     if origin is Iterable:
         item = kind_of(parts[0])
         return Kind(
@@ -336,7 +343,7 @@ def _is_real(value: Any) -> bool:
 
 
 def _is_whole(value: Any) -> bool:
-    return hasattr(value, "__index__") and not isinstance(value, bool | np.bool_ | np.ndarray | type)
+    return isinstance(value, Integral) and not isinstance(value, bool)
 
 
 def _is_list(value: Any) -> bool:

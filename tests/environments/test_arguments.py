@@ -92,6 +92,12 @@ def test_commands_that_are_none_change_nothing(command: Any, message: str) -> No
 def test_options_weights_and_names_that_nobody_knows() -> None:
     with pytest.raises(UsageError, match=r"options: found .*; expected none"):
         EscortEnv().reset(options={"seed": 3})
+    with pytest.raises(UsageError, match=r"options: found 3; expected a table with reset_mask, or None"):
+        EscortVectorEnv(2).reset(options=3)  # type: ignore[arg-type]
+    for wrong in ([1], "1", 1.0, -1, True):
+        with pytest.raises(UsageError, match=r"seed: found .*; expected a whole number of at least 0"):
+            EscortEnv().reset(seed=wrong)  # type: ignore[arg-type]
+    EscortEnv().reset(seed=np.int64(3))  # type: ignore[arg-type]
     with pytest.raises(UsageError, match='touch: found "much"; expected a weight'):
         Reward(touch="much")  # type: ignore[arg-type]
     agents = EscortParallelEnv("main")

@@ -264,6 +264,18 @@ FAULTS = {
         lambda t: t.rename(columns={"time": "time [ms]"}),
         r"column time \[ms\]: expected \[s\]",
     ),
+    "flags": (
+        lambda t: t.assign(**{"robot_2.y": t["robot_2.y"] > 0.0}),
+        "robot_2: position is not a finite number at 0 s",
+    ),
+    "two columns of a body": (
+        lambda t: t.assign(**{"q.robot_2.y": t["robot_2.y"]}),
+        "columns robot_2.y and q.robot_2.y are both of robot_2; expected one",
+    ),
+    "time back, on a clock of today": (
+        lambda t: t.assign(time=t.time.where(t.time != 1.0, 0.5) + 1.75e9),
+        "time is not ascending: 1750000000.5 s follows 1750000000.98 s$",
+    ),
     "no time": (lambda t: t.rename(columns={"time": "stamp"}), "there is no column time"),
     "nothing": (lambda t: t[:0], "robot_1: 0 complete rows"),
 }
@@ -391,6 +403,7 @@ def test_no_log_at_all(run: Run, tmp_path: Path) -> None:
         ("none.csv", "no such file"),
         ("log.txt", "is no log"),
         ("log.mcap", "cannot be read"),
+        (f"{'x' * 300}.csv", "no such file"),
     ):
         with pytest.raises(UsageError, match=words):
             escort_mj.judge(tmp_path / name, run.scenario)

@@ -1,6 +1,7 @@
 """Messages of robots: which topic is whose, and what is read from each kind of message."""
 
 import json
+import re
 from pathlib import Path
 from typing import Any
 
@@ -60,6 +61,31 @@ def test_a_velocity_of_odometry_is_turned_into_the_world() -> None:
     assert found["position"].tolist() == [1, 2] and found["velocity"] == pytest.approx([0, 3])
     assert reading_of({"pose": {"position": {"x": 1, "y": 2}}}, 2)["position"].tolist() == [1, 2]
     assert reading_of({"battery": 3}, 2) == {} and reading_of({"position": [1, 2]}, 2) == {}
+
+
+@pytest.mark.parametrize(
+    ("message", "words"),
+    [
+        ({"pose": {"position": {"x": True, "y": 2}}}, "pose.position.x: found true; expected a number"),
+        ({"position": {"x": 1, "y": "2"}}, 'position.y: found "2"; expected a number'),
+        ({"position": {"x": 1, "y": [2]}}, "position.y: found a list of 1"),
+        ({"position": {"x": 10**400, "y": 2}}, "position.x: found a whole number of more than"),
+        ({"header": {"stamp": {"sec": "now"}}}, 'header.stamp.sec: found "now"; expected a number'),
+        ({"timestamp": {"sec": 1, "nsec": False}}, "timestamp.nsec: found false; expected a number"),
+    ],
+)
+def test_messages_with_something_else_than_numbers(tmp_path: Path, message: Any, words: str) -> None:
+    writing = pytest.importorskip("mcap.writer")
+    with (tmp_path / "log.mcap").open("wb") as file:
+        writer = writing.Writer(file)
+        writer.start()
+        for topic in ("/robot_1/pose", "/robot_2/pose"):
+            channel = writer.register_channel(topic, "json", writer.register_schema("", "jsonschema", b"{}"))
+            data = {"position": {"x": 1, "y": 2}} | (message if topic == "/robot_2/pose" else {})
+            writer.add_message(channel, 10**8, json.dumps(data).encode(), 10**8)
+        writer.finish()
+    with pytest.raises(UsageError, match=re.escape(f"log.mcap: /robot_2/pose at 0.1 s: {words}")):
+        escort_mj.judge(tmp_path / "log.mcap", SCENARIO)
 
 
 def odometry(store: Any, robot: int, time: float, place: Any, speed: Any, heading: float) -> Any:

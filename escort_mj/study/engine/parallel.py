@@ -55,12 +55,7 @@ def parent_of_workers() -> ForkServerContext:
     It imports what a run needs, once for all workers, while this process gets ready itself: call this early.
     Workers are not forked from this process, whose threads and native callbacks would not survive it. Ctrl-C
     in a terminal goes to all processes; workers leave it to this one.
-
-    A worker imports the user's script. If that has no main guard and starts workers again, the worker ends
-    without a word; the process that wanted it says why.
     """
-    if getattr(multiprocessing.current_process(), "_inheriting", False):
-        os._exit(1)
     context = ForkServerContext()
     context.set_forkserver_preload([FORKED, WORK])
     with stopping.deferred():
@@ -195,9 +190,14 @@ class Workers:
     def __init__(self, count: int) -> None:
         """Starts none yet.
 
+        A worker imports the user's script. If that has no main guard and wants workers again, the worker ends
+        here without a word, before it waits for what the first process holds; that one says why.
+
         Args:
             count: How many there are to be.
         """
+        if getattr(multiprocessing.current_process(), "_inheriting", False):
+            os._exit(1)
         self._count = count
         self._workers: list[_Worker] = []
         self._pages = tempfile.TemporaryDirectory(prefix="escort_mj_", ignore_cleanup_errors=True)

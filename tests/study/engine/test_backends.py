@@ -122,14 +122,29 @@ def test_workers_go_when_the_process_that_wants_them_is_killed(tmp_path: Path) -
     assert until(lambda: not any(worker.exists() for worker in workers))
 
 
-def test_a_script_that_its_workers_cannot_import_is_told_so(tmp_path: Path) -> None:
-    script = MAIN.replace('if __name__ == "__main__":', "if True:")
+SWEEP = """
+import escort_mj
+study = {"study": "few", "scenario": "main", "set": {"duration": 0.1, "expect": []}, "seeds": 2}
+escort_mj.sweep(study, "out", workers=2)
+"""
+
+
+@pytest.mark.parametrize(
+    "script",
+    [
+        MAIN.replace('if __name__ == "__main__":', "if True:"),
+        pytest.param(SWEEP, id="whose folder is locked"),
+    ],
+)
+def test_a_script_that_its_workers_cannot_import_is_told_so(tmp_path: Path, script: str) -> None:
     (tmp_path / "main.py").write_text(script)
     ended = subprocess.run(
         [sys.executable, str(tmp_path / "main.py"), str(tmp_path)],
         env=os.environ | {"PYTHONPATH": str(Path(__file__).parents[3])},
+        cwd=tmp_path,
         capture_output=True,
         text=True,
+        timeout=120,
     )
     assert ended.returncode != 0
     assert "worker processes do not start" in ended.stderr

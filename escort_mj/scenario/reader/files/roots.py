@@ -53,11 +53,12 @@ def take_root(data: dict[str, Any], folder: FilePath) -> tuple[dict[str, Any], R
         The data, where files are looked for, and what is wrong with the root.
     """
     written = data.get(KEY, HERE)
-    if written == HERE:
-        return data, Roots(folder, folder), []
-    if isinstance(written, str) and written and (root := folder / written).is_dir():
-        return data | {KEY: HERE}, Roots(folder, root), []
-    words = f"found {shown(written)}; there is no such folder, seen from the scenario's"
     if not isinstance(written, str):
         words = f"found {shown(written)}; expected the path of a folder, such as .."
+    elif written == HERE:
+        return data, Roots(folder, folder), []
+    elif written and (root := folder / written).is_dir():
+        return data | {KEY: HERE}, Roots(folder, root), []
+    else:
+        words = f"found {shown(written)}; there is no such folder, seen from the scenario's"
     return data, Roots(folder, folder), [Finding((KEY,), words)]
