@@ -11,7 +11,7 @@ from pydantic import Field
 from escort_mj.behaviors.goal import Headed, toward_goal
 from escort_mj.behaviors.robots import Robots
 from escort_mj.behaviors.task import Task
-from escort_mj.components.parameters import Vector
+from escort_mj.components.parameters import OfTime, Vector
 from escort_mj.components.setup import MissionSetup
 from escort_mj.components.waypoint import Waypoint
 from escort_mj.native.fields import Array, Fields, Value
@@ -63,16 +63,16 @@ class Formation(Headed):
     behavior: Literal["formation"] = "formation"
     offsets: Annotated[tuple[Vector, ...], Field(min_length=1)]
     """Place of each robot in the frame [m]."""
-    position: tuple[float | str, ...] | None = None
+    position: tuple[OfTime, ...] | None = None
     """Position of the frame per axis [m]: numbers, or expressions in t; null: see `waypoints`."""
     waypoints: Annotated[tuple[Waypoint, ...], Field(min_length=1)] | None = None
     """Timed waypoints of the frame; null: if `position` is null too, the frame moves with the target."""
     interpolation: Literal["linear", "smooth"] = "linear"
     """Motion between waypoints: `linear` at constant speed, or `smooth`, a cubic spline."""
-    heading: float | str = 0.0
+    heading: OfTime = 0.0
     """Angle of the frame in the plane of the first two axes [rad]: a number, an expression in t, or `along`
     for the direction in which the frame moves."""
-    scale: float | str = 1.0
+    scale: OfTime = 1.0
     """Factor by which the offsets are multiplied [1]: a number, or an expression in t."""
 
     def task(self, r: Robots) -> Task:

@@ -11,6 +11,7 @@ from escort_mj.behaviors.behavior import Behavior
 from escort_mj.behaviors.robots import Robots
 from escort_mj.behaviors.task import Task, along, keep_distance
 from escort_mj.components.obstacles import obstacles_seen
+from escort_mj.components.parameters import OfTime
 from escort_mj.components.setup import MissionSetup
 from escort_mj.components.teams import radius_of
 from escort_mj.native.fields import Array, Fields, Value
@@ -66,7 +67,7 @@ class Surface(Behavior):
     behavior: Literal["surface"] = "surface"
     gain: PositiveFloat = 0.8
     """Gain of the task error [1/s] (paper: Lambda_3)."""
-    radius: float | str | None = None
+    radius: OfTime | None = None
     """Distance to the target [m]: a number, or an expression in t; null: `mission.radius`."""
     fit: bool = False
     """Whether the radius shrinks where obstacles leave less room around the target, and grows again

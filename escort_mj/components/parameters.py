@@ -17,6 +17,12 @@ if TYPE_CHECKING:
 UNLIMITED = 1e300  # stands for an infinite limit, which XML cannot hold
 TEXT = r"^[^\x00-\x08\x0b-\x1f\x7f-\x9f\ufffe\uffff]*$"  # what NetCDF and XML can hold
 
+
+class FunctionOfTime(NamedTuple):
+    """Marks a number, or a text that is an expression in the time `t` [s], which scenarios check."""
+
+
+OfTime = Annotated[float | str, FunctionOfTime()]
 Coordinate = Annotated[float, Field(ge=-1e6, le=1e6)]
 Vector = tuple[Coordinate, ...]
 Radius = Annotated[float, Field(ge=1e-3, le=1e5)]

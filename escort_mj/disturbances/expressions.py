@@ -4,6 +4,7 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field
 
+from escort_mj.components.parameters import OfTime
 from escort_mj.disturbances.disturbance import Disturbance
 
 
@@ -13,7 +14,7 @@ class Expressions(Disturbance):
     python_only: ClassVar[frozenset[str]] = Disturbance.python_only | {"per_axis"}
 
     disturbance: Literal["expressions"] = "expressions"
-    per_axis: Annotated[tuple[float | str, ...], Field(max_length=9)] = ()
+    per_axis: Annotated[tuple[OfTime, ...], Field(max_length=9)] = ()
     """Force per axis [N]: numbers, or expressions in t."""
 
     @property

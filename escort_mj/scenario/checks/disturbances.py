@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from escort_mj.disturbances import Disturbance, Expressions
-from escort_mj.scenario.checks.goals import check_function
+from escort_mj.scenario.checks.typed import check_function
 from escort_mj.scenario.findings import Finding, Path
 from escort_mj.scenario.mission import Mission
 
@@ -21,5 +21,5 @@ def check_disturbances(mission: Mission) -> Iterator[Finding]:
         force = each.of_time
         if len(force) != scenario.axes and (force or type(each).force is Disturbance.force):
             yield Finding(place, f"found {len(force)} numbers; expected {scenario.axes}, as axes says")
-        for axis, component in enumerate(force):
-            yield from check_function(scenario, (*place, axis), component)
+        for axis, component in enumerate(() if isinstance(each, Expressions) else force):  # of no key
+            yield from check_function((*place, axis), component, scenario.duration)

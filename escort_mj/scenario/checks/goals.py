@@ -9,15 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.behaviors import Formation, Goal
-from escort_mj.behaviors.formation import ALONG
 from escort_mj.errors import ScenarioError
 from escort_mj.scenario.checks.mission import behaviors_of
-from escort_mj.scenario.checks.motion import check_defined, check_order
+from escort_mj.scenario.checks.motion import check_order
 from escort_mj.scenario.findings import Finding, Path
 from escort_mj.scenario.geometry.goals import goals_of
 from escort_mj.scenario.mission import Mission
-from escort_mj.scenario.schema.expressions import Expression, ExpressionError
-from escort_mj.scenario.schema.scenario import Scenario
 
 Array = NDArray[np.float64]
 
@@ -49,7 +46,7 @@ def check_target(mission: Mission) -> Iterator[Finding]:
 
 
 def check_formations(mission: Mission) -> Iterator[Finding]:
-    """Formations have an offset for each robot, and one frame, which is defined through the whole run."""
+    """Formations have an offset for each robot, and one frame."""
     scenario = mission.scenario
     count = mission.count
     for path, formation in behaviors_of(scenario):
@@ -64,28 +61,6 @@ def check_formations(mission: Mission) -> Iterator[Finding]:
             words = "found a formation that goes with the target; this mission has none: give position"
             yield Finding(path, words, related=(("target",),))
         yield from check_order((*path, "waypoints"), formation.waypoints or ())
-        heading = () if formation.heading == ALONG else (formation.heading,)
-        yield from _functions(scenario, (*path, "position"), formation.position or ())
-        yield from _functions(scenario, (*path, "heading"), heading)
-        yield from _functions(scenario, (*path, "scale"), (formation.scale,))
-
-
-def _functions(scenario: Scenario, path: Path, components: tuple[float | str, ...]) -> Iterator[Finding]:
-    """Numbers or expressions in t, defined through the whole run."""
-    for axis, component in enumerate(components):
-        place = (*path, axis) if path[-1] == "position" else path
-        yield from check_function(scenario, place, component)
-
-
-def check_function(scenario: Scenario, path: Path, component: float | str) -> Iterator[Finding]:
-    """A number or an expression in t is defined through the whole run."""
-    try:
-        Expression(component)
-    except ExpressionError as error:
-        yield Finding(path, str(error))
-        return
-    for finding in check_defined(scenario, path, (component,)):
-        yield finding._replace(path=path)
 
 
 def check_one_way(mission: Mission) -> Iterator[Finding]:

@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.behaviors import Surface
-from escort_mj.scenario.checks.goals import check_function
 from escort_mj.scenario.checks.mission import behaviors_of
 from escort_mj.scenario.findings import Finding, Path
 from escort_mj.scenario.mission import Mission
@@ -33,7 +32,7 @@ class DoorOnPath(NamedTuple):
 
 
 def check_radii(mission: Mission) -> Iterator[Finding]:
-    """Radii of the behavior `surface` are defined, and larger than bodies."""
+    """Radii of the behavior `surface` are larger than bodies."""
     scenario = mission.scenario
     target = 0.0 if scenario.target is None else scenario.target.radius
     body = target + scenario.robots.largest_radius
@@ -41,8 +40,7 @@ def check_radii(mission: Mission) -> Iterator[Finding]:
         if not isinstance(surface, Surface):
             continue
         if isinstance(surface.radius, str):
-            wrong = list(check_function(scenario, (*path, "radius"), surface.radius))
-            yield from wrong or _small(scenario, (*path, "radius"), surface.radius, body)
+            yield from _small(scenario, (*path, "radius"), surface.radius, body)
         for name in ("radius", "least"):
             value = getattr(surface, name)
             if isinstance(value, float) and value <= body:

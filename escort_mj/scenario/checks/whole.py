@@ -61,7 +61,7 @@ from escort_mj.scenario.checks.teams import (
     check_one_team,
     check_team_targets,
 )
-from escort_mj.scenario.checks.vectors import check_vectors
+from escort_mj.scenario.checks.typed import check_functions, check_vectors
 from escort_mj.scenario.findings import Finding, Path
 from escort_mj.scenario.mission import Mission, mission_of
 from escort_mj.scenario.schema.scenario import Scenario, Target
@@ -113,15 +113,16 @@ Check = Callable[[Mission], Iterator[Finding]]
 
 # Which parts of a scenario each check looks at: a check waits until those are right by themselves.
 SHAPES: tuple[tuple[Check, tuple[str, ...]], ...] = (
+    (check_functions, ("duration",)),
     (check_vectors, ("axes",)),  # a part that is wrong by itself holds its defaults, which fit any axes
     (check_gravity, ("axes", "physics", "environment")),
     (check_headings, ("robots", "sensing")),
     (check_team, ("axes", "robots")),
     (check_around, ("robots", "mission", "teams")),
     (check_kinds, ("axes", "robots")),
-    (check_motion, ("axes", "duration", "target", "uncertainty", "obstacles")),
+    (check_motion, ("target", "obstacles")),
     (check_disturbances, ("axes", "duration", "uncertainty")),
-    (check_formations, ("axes", "duration", "target", "robots", "mission")),
+    (check_formations, ("axes", "target", "robots", "mission")),
     (check_obstacles, ("axes", "physics", "obstacles")),
     (check_walls, ("axes", "walls")),
     (check_environment, ("axes", "environment")),

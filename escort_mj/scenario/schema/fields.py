@@ -11,7 +11,7 @@ from pydantic_core import PydanticCustomError
 
 from escort_mj.behaviors.behavior import Behavior as AnyBehavior
 from escort_mj.behaviors.task import MAX_LEVELS
-from escort_mj.components.parameters import TEXT, Member, one_of
+from escort_mj.components.parameters import TEXT, Member, OfTime, one_of
 from escort_mj.control.outer_loops import OuterLoop as AnyOuterLoop
 from escort_mj.disturbances import Disturbance as AnyDisturbance
 from escort_mj.estimators import Estimator as AnyEstimator
@@ -45,7 +45,7 @@ def _component(value: Any) -> float | str:
 
 
 Component = Annotated[
-    float | str,
+    OfTime,
     PlainValidator(_component),
     WithJsonSchema({"anyOf": [{"type": "number"}, {"type": "string", "maxLength": 200}]}),
 ]
