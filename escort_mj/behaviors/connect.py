@@ -35,15 +35,8 @@ class Connect(Behavior):
         strained = apart > self.distance
         beyond = where(strained, apart - self.distance, 0.0)
         weight = where(strained, 1.0 / (apart * apart), 0.0)
-        on = where(strained, 1.0, everywhere(0.0))
-        return along(
-            way,
-            weight,
-            where(strained, self.gain * beyond / apart, 0.0) * way,
-            on,
-            beyond,
-            -0.5 * apart * apart,
-        )
+        on, value = where(strained, 1.0, everywhere(0.0)), -0.5 * apart * apart
+        return along(way, weight, where(strained, self.gain * beyond / apart, 0.0) * way, on, beyond, value)
 
 
 @inlined
