@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.components.equations import Equations
-from escort_mj.conformance.trials import TRIALS, table_of, table_with
+from escort_mj.conformance.trials import IN_SPACE, TRIALS, table_of, table_with
 from escort_mj.control.custom import native
 from escort_mj.knowledge.sight import MEASURES
 from escort_mj.memory.layout import LAYOUT, State, state_size, unpack_plan, unpack_state
@@ -24,7 +24,6 @@ Array = NDArray[np.float64]
 
 SEED = 4144
 ROUNDING = 1e-9  # relative difference of two ways to compute the same
-IN_SPACE = 3  # axes
 SIZES = ((5, 2), (1, 2), (4, 3), (3, 5))  # robots and axes
 
 listeners: list[Callable[[str, str], None]] = []

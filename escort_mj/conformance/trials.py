@@ -23,6 +23,7 @@ from escort_mj.scenario.kinds import kind_of
 from escort_mj.sensors import Sensor
 
 QUESTIONS = 2  # that radios and sensors are asked
+IN_SPACE = 3  # axes
 HEARING = 0.5  # share of the draws in which a robot hears a message
 
 
@@ -70,6 +71,12 @@ def _informed(part: Part) -> dict[str, Any]:
         "knowledge": {"estimator": part.own, "target": sight, "initial": {"position": 0.5}},
         "communication": {"rate": 50.0, "delay": 0.04, "loss": 0.2},
     }
+
+
+def _with_opponents(part: Part) -> dict[str, Any]:
+    """A stack of one behavior, and, in as many axes as they can move in, somebody to guard against."""
+    threats = ({"policy": {"policy": "straight"}},) if part.axes <= IN_SPACE else ()
+    return {"mission": {"behaviors": (part.own,)}, "opponents": threats}
 
 
 def _ruled(part: Part) -> dict[str, Any]:
@@ -128,7 +135,7 @@ def _draw_truth(state: State, random: np.random.Generator, scale: float) -> None
 TRIALS: dict[type[Any], Trial] = {
     Law: Trial(lambda part: {"controller": part.own}),
     Behavior: Trial(
-        lambda part: {"mission": {"behaviors": (part.own,)}},
+        _with_opponents,
         draw=_draw_places,
         numbers=lambda state: 1,
     ),

@@ -9,6 +9,7 @@ import pytest
 from escort_mj.behaviors import BEHAVIORS, Chords, Formation, Goal, Intercept, Repulsion
 from escort_mj.behaviors.behavior import Behavior
 from escort_mj.behaviors.connect import Connect
+from escort_mj.behaviors.guard import Guard
 from escort_mj.behaviors.orbit import Orbit
 from escort_mj.conformance import records, repeats, stand
 from escort_mj.conformance.behaviors import check_behavior
@@ -83,9 +84,10 @@ EVERYTHING = NamedTuple("Everything", [(name, Any) for name in declared(Plan) | 
 GIVEN: dict[type[Behavior], dict[str, Any]] = {
     Connect: {"distance": 3.0},
     Goal: {"goals": "opposite"},
-    Intercept: {"speed": 1.0},  # by default that of the mission, which has no limit here
+    Guard: {"gain": 50.0},  # much, beside what moves with the target
+    Intercept: {"speed": 1.0, "quarry": "opponents"},  # by default that of the mission, which has no limit
 }
-"""Keys that a behavior has to be given."""
+"""Keys that a behavior has to be given, or is tried with."""
 
 
 @pytest.fixture(scope="module")
