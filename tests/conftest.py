@@ -42,6 +42,14 @@ def compiled() -> None:
 
 
 @pytest.fixture
+def hurried(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Checks of plugins draw a few times and fly shortly."""
+    from tests.plugged import hurry
+
+    hurry(monkeypatch)
+
+
+@pytest.fixture
 def make_trace() -> Callable[..., Any]:
     """Synthetic traces, see `synthetic.make_trace`."""
     return synthetic.make_trace

@@ -1,4 +1,17 @@
-"""Plugins that tests share, as text."""
+"""Plugins that tests share, as text, and how to check them in little time."""
+
+import pytest
+
+from escort_mj.conformance import behaviors, estimators, missions, repeats
+
+
+def hurry(patch: pytest.MonkeyPatch) -> None:
+    """Let checks of plugins draw a few times and fly shortly; slow tests check all that ships in full."""
+    for module in (behaviors, estimators, repeats):
+        patch.setattr(module, "DRAWS", 6)
+    patch.setattr(missions, "DURATION", 0.3)
+    patch.setattr(missions, "TIMES", 2)
+
 
 LAW = '''
 """PD with an estimate."""

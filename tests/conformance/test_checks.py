@@ -4,7 +4,6 @@ import math
 
 import pytest
 
-from escort_mj.conformance import behaviors, estimators, repeats
 from escort_mj.conformance.behaviors import check_behavior
 from escort_mj.conformance.estimators import check_estimator
 from escort_mj.conformance.kinds import check_kind
@@ -40,11 +39,7 @@ def is_found(folder, text, checks, name):
     return any(row.name == name and not row.held for row in told(folder, text, checks))
 
 
-@pytest.fixture(autouse=True)
-def few_draws(monkeypatch):
-    """What is wrong in one way is so in the first draws."""
-    for module in (behaviors, estimators, repeats):
-        monkeypatch.setattr(module, "DRAWS", 6)
+pytestmark = pytest.mark.usefixtures("hurried")  # what is wrong in one way is so in the first draws
 
 
 class TestLaws:

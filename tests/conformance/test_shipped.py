@@ -11,7 +11,7 @@ from escort_mj.behaviors.behavior import Behavior
 from escort_mj.behaviors.connect import Connect
 from escort_mj.behaviors.guard import Guard
 from escort_mj.behaviors.orbit import Orbit
-from escort_mj.conformance import records, repeats, stand
+from escort_mj.conformance import records, stand
 from escort_mj.conformance.behaviors import check_behavior
 from escort_mj.conformance.checking import Checks, checks_of
 from escort_mj.conformance.missions import check_missions
@@ -73,10 +73,7 @@ def name_of(member: type[Any]) -> str:
 
 
 @pytest.mark.parametrize("member", SHORT, ids=name_of)
-def test_what_ships_is_what_a_plugins_has_to_be(
-    compiled: None, member: type[Any], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(repeats, "DRAWS", 6)  # all of them are slow
+def test_what_ships_is_what_a_plugins_has_to_be(compiled: None, hurried: None, member: type[Any]) -> None:
     assert not faults(member, (check for check in checks_of(member) if check is not check_missions))
 
 

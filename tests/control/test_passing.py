@@ -4,11 +4,9 @@ import numpy as np
 import pytest
 
 from escort_mj.control.outer_loops.passing import Rules, approach, aside_of, breadth, leave_path
-from escort_mj.native.compiler.declarations import jitted
 from tests.oracle.constraints import left_path, widths
 
 
-@jitted
 def leave(apart, reach, v, motion, rate, braking, direction):
     return leave_path(apart, reach, v, motion, Rules(rate, braking, 0.0, 1.0, 0.0, 0.0), direction)
 

@@ -9,6 +9,7 @@ from typer.testing import CliRunner
 from escort_mj.cli import app
 from escort_mj.conformance import check_plugin
 from tests.docs.pages import ROOT
+from tests.plugged import hurry
 
 PAGE = (ROOT / "docs" / "plugins.md").read_text()
 BLOCK = re.compile(r"(.*?)^```(\w+)\n(.*?)^```$", re.DOTALL | re.MULTILINE)
@@ -44,6 +45,7 @@ def page(compiled, tmp_path_factory):
     printed = {}
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(folder)
+        hurry(patch)
         patch.setattr("escort_mj.conformance.apart.check_apart", check_plugin)  # here: a process takes 3 s
         for number, words in enumerate(followed(folder)):
             more = PLAIN if words[0] == "run" else []

@@ -186,7 +186,7 @@ def test_forces_of_touches_are_not_judged(compiled: None, tmp_path: Path) -> Non
     assert not none.skip and not none.passed  # there was a touch, whatever its force
 
 
-def test_a_log_in_a_folder_is_a_run(run: Run, exported: Path, tmp_path: Path) -> None:
+def test_a_log_in_a_folder_is_a_run(run: Run, exported: Path, one_figure: None, tmp_path: Path) -> None:
     positions(run).to_csv(tmp_path / "log.csv", index=False)
     folder = tmp_path / "folder"
     escort_mj.judge(tmp_path / "log.csv", run.scenario, folder, report=True)
@@ -481,7 +481,7 @@ def resting(folder: Path, rows: list[str] | None = None, columns: str = COLUMNS)
 
 @pytest.mark.parametrize("case", UNSEEN)
 @pytest.mark.filterwarnings("error::RuntimeWarning")
-def test_what_nobody_logged_is_not_judged(compiled: None, tmp_path: Path, case: str) -> None:
+def test_what_nobody_logged_is_not_judged(one_figure: None, tmp_path: Path, case: str) -> None:
     keys, metrics, body = UNSEEN[case]
     expected = [f"{{metric: {one}}}" for one in metrics] + ["{contacts: none}"] * bool(body)
     target = "" if "target:" in keys else "target: {position: [0, 0]}\n"

@@ -9,19 +9,16 @@ from hypothesis import strategies as st
 from scipy.optimize import linear_sum_assignment
 from scipy.spatial.transform import Rotation
 
-from escort_mj.native.compiler.declarations import jitted
 from escort_mj.numerics import reform
 from escort_mj.numerics.thomson import coulomb_energy, even_points
 
 seeds = st.integers(0, 2**32 - 1)
 
 
-@jitted
 def assign(rows: np.ndarray, columns: np.ndarray, count: int, p: int, work: np.ndarray) -> bool:
     return reform.assign(rows, columns, count, p, work)
 
 
-@jitted
 def fit_rotation(h: np.ndarray, r: np.ndarray, u: np.ndarray, v: np.ndarray, p: int) -> None:
     reform.fit_rotation(h, r, u, v, p)
 

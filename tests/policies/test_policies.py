@@ -185,7 +185,7 @@ def flown(folder: Path, wish: str) -> Run:
     return run(load_scenario(folder / "mission.yaml"))
 
 
-def test_a_plugin_has_a_policy(tmp_path: Path) -> None:
+def test_a_plugin_has_a_policy(hurried: None, tmp_path: Path) -> None:
     found = flown(tmp_path, "self.speed")
     assert found.trace.target_position.values[-1, 0] == pytest.approx(1.9, abs=0.01)  # 20 N on 1 kg for 0.1 s
     (row,) = [row for row in check_plugin(str(tmp_path / "east.py")) if row.name == "keeps to its speed"]

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from escort_mj.native.compiler.declarations import jitted
 from escort_mj.robots import attitude
 from escort_mj.robots.attitude import Craft
 from escort_mj.robots.quadrotor import Quadrotor
@@ -14,7 +13,7 @@ CRAFT = Quadrotor().craft(1.2, 0.25, GRAVITY, 0.75)
 RNG = np.random.default_rng(4)
 
 
-fly = jitted(attitude.fly_craft)
+fly = attitude.fly_craft
 
 
 def kernel_thrusts(force: np.ndarray, orientation: np.ndarray, rate: np.ndarray, craft: Craft) -> np.ndarray:

@@ -3,13 +3,12 @@
 import numpy as np
 import pytest
 
-from escort_mj.native.compiler.declarations import jitted
 from escort_mj.robots import attitude, drive
 from escort_mj.robots.drive import FORCE, THRUST, DriveModel, Input
 from tests.oracle.attitude import wanted_rotation
 
 RNG = np.random.default_rng(7)
-controls_for, thrust_within = jitted(drive.controls_for), jitted(drive.thrust_within)
+controls_for, thrust_within = drive.controls_for, drive.thrust_within
 ROTORS = [(-0.14, -0.18), (-0.14, 0.18), (0.14, 0.18), (0.14, -0.18)]
 
 
@@ -50,7 +49,7 @@ def test_torque_comes_before_thrust() -> None:
 
 
 def test_free_heading_is_the_heading_that_there_is() -> None:
-    toward = jitted(attitude.axes_toward)
+    toward = attitude.axes_toward
     for _ in range(50):
         force, axes = RNG.normal(size=3) + [0.0, 0.0, 4.0], np.empty((3, 3))
         heading = np.array([np.cos(1.3), np.sin(1.3), 0.0])

@@ -2,7 +2,6 @@
 
 import numpy as np
 
-from escort_mj.native.compiler.declarations import jitted
 from escort_mj.robots import hydrodynamics
 from escort_mj.robots.hydrodynamics import Vessel
 from escort_mj.robots.surface_vessel import SurfaceVessel
@@ -11,7 +10,7 @@ from tests.oracle.hydrodynamics import coriolis_matrix, damping_matrix, immersed
 RNG = np.random.default_rng(9)
 MODEL_SHIP = SurfaceVessel(length=1.255)  # type: ignore[call-arg]
 
-immerse = jitted(hydrodynamics.immerse)
+immerse = hydrodynamics.immerse
 
 
 def test_the_kernel_is_the_twin() -> None:

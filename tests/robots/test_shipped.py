@@ -18,7 +18,9 @@ pytestmark = pytest.mark.parametrize("kind", SHIPPED, ids=lambda kind: kind.mode
 
 
 @pytest.mark.parametrize("checks", [check_parameters, check_kind, check_missions])
-def test_it_holds_what_check_plugin_asks(compiled: None, kind: type[RobotKind], checks) -> None:
+def test_it_holds_what_check_plugin_asks(
+    compiled: None, hurried: None, kind: type[RobotKind], checks
+) -> None:
     check_shape(kind, "it")
     assert not [row for row in checks(kind, Scenario) if not row.held]
 

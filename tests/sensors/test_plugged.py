@@ -127,7 +127,7 @@ def test_what_ships_is_a_plugin_with_the_same_text(compiled: None, tmp_path: Pat
         assert bits(flown(tmp_path, text.replace(NAME, COMPILED), used.replace("{}", "own"))) == bits(shipped)
 
 
-def test_it_passes_its_checks(compiled: None, tmp_path: Path) -> None:
+def test_it_passes_its_checks(compiled: None, hurried: None, tmp_path: Path) -> None:
     (tmp_path / "own.py").write_text(DRIFTING.replace(NAME, COMPILED))
     assert not [check for check in check_plugin(str(tmp_path / "own.py")) if not check.held]
 
