@@ -23,7 +23,8 @@ from escort_mj.recognize import irregular
 if TYPE_CHECKING:
     from pydantic import TypeAdapter
 
-PARTIAL = ".partial"  # how the name of a file begins that is not whole yet
+PARTIAL = ".partial"  # how the name of a file begins that is not whole yet; machine and process follow
+MACHINE = os.uname().nodename
 
 
 @contextmanager
@@ -41,7 +42,7 @@ def replaced(path: Path, durable: bool = False) -> Iterator[Path]:
         WriteError: For every OSError inside; the temporary file is removed and `path` stays as it was.
     """
     direct = os.path.exists(path) and not os.path.isfile(path)
-    beside = f"{PARTIAL}.{os.getpid()}.{threading.get_native_id()}.{path.name}"
+    beside = f"{PARTIAL}.{MACHINE}.{os.getpid()}.{threading.get_native_id()}.{path.name}"
     temporary = path if direct else path.with_name(beside)
     try:
         yield temporary
@@ -71,6 +72,16 @@ def _flush(path: Path) -> None:
 def is_partial(path: Path) -> bool:
     """Whether a file is one that `replaced` has not finished, or that a kill left so."""
     return path.name.startswith(PARTIAL)
+
+
+def remove_left(folder: Path) -> None:
+    """Remove what processes of this machine that have ended left in a folder half written."""
+    begin = f"{PARTIAL}.{MACHINE}."
+    for path in folder.glob(f"{begin}*"):
+        process = path.name.removeprefix(begin).partition(".")[0]
+        if process.isdecimal() and not alive({"pid": process, "process_start": _start(int(process))}):
+            with suppress(OSError):
+                path.unlink()
 
 
 def make_folder(path: Path) -> None:

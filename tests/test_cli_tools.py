@@ -24,6 +24,33 @@ def test_new_then_run_then_export(command, tmp_path: Path) -> None:
     assert ElementTree.parse(tmp_path / "made.xml").getroot().tag == "mujoco"
 
 
+def test_metrics_of_runs(command, tmp_path: Path) -> None:
+    runs = ["one", "two"]
+    for seed, out in enumerate(runs):
+        given = ("--set", "duration=1", "--set", f"seed={seed}", "--set", "expect=[]", *QUIET)
+        assert command("run", "five.yaml", "--out", out, *given)[0] == 0
+    chosen = ("--metric", "tracking_error_rms", "--before", "0.5")
+    code, out, _ = command("metrics", *runs, *chosen, "--to", "table.csv")
+    head, outcome, *_, row, wrote = out.splitlines()
+    assert (code, wrote) == (0, "wrote table.csv") and outcome.split() == ["outcome", *["completed"] * 2]
+    assert len(head.split()) == 3 and row.startswith("tracking_error_rms_before_0.5  ")
+    header, *rows = (tmp_path / "table.csv").read_text().splitlines()
+    assert header.endswith(",tracking_error_rms_before_0.5 [m]") and len(rows) == 2
+    for name, words in {"table.md": "| metric |", "table.tex": r"\toprule"}.items():
+        assert command("metrics", *runs, *chosen, "--to", name)[0] == 0
+        assert words in (tmp_path / name).read_text()
+    told = json.loads(command("metrics", runs[0], "--json")[1])
+    assert told["units"]["force_rms"] == "N" and len(told["runs"]) == 1
+    for options, words in {
+        ("--to", "table.doc"): "allowed are .csv, .parquet, .md, .tex",
+        ("--over", "tail", "--after", "0.5"): "a window is given by over, or by after and before",
+        ("--after", "-1"): "should be greater than or equal to 0",
+        ("--metric", "force_rm"): 'did you mean "force_rms"',
+    }.items():
+        code, _, err = command("metrics", runs[0], *options)
+        assert code == 2 and words in " ".join(err.split())
+
+
 def test_new_overwrites_nothing(command, tmp_path: Path) -> None:
     assert command("new", "five.yaml") == (2, "", "escort-mj: five.yaml: is there already\n")
     code, _, err = command("new", "nowhere/mine.yaml")

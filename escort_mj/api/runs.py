@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import math
 import os
 import shutil
 import tempfile
 from collections.abc import Iterable, Sequence
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from escort_mj.api.shown import ShownPage, ShownVideo
 from escort_mj.errors import UsageError
@@ -17,7 +18,7 @@ from escort_mj.mission import NOT_KEPT, Flight, save
 from escort_mj.record.folder import VIDEO, RunFolder, StoredRun
 from escort_mj.record.outcome import Outcome, Verdict
 from escort_mj.scenario import Scenario
-from escort_mj.scenario.arguments import Bound, Positive, checked
+from escort_mj.scenario.arguments import Bound, NotNegative, Positive, checked
 from escort_mj.scenario.findings import did_you_mean
 from escort_mj.scenario.reader.load import stored_scenario
 
@@ -25,6 +26,8 @@ if TYPE_CHECKING:
     import pandas
     import xarray
     from matplotlib.figure import Figure
+
+    from escort_mj.record.window import Span
 
 MOST_SHOWN = 5  # failed verdicts in a text of a few lines
 
@@ -95,10 +98,41 @@ class Run:
         """Every metric as a number: NaN if it does not apply, infinite for "never"."""
         return {name: metric_value(found) for name, found in self.metrics.items() if name != "run"}
 
-    def summary(self) -> pandas.Series[Any]:
-        """Return the run as one row: name, seed, outcome, and every metric as a number."""
+    @checked
+    def summary(
+        self,
+        metrics: str | Sequence[str] = (),
+        *,
+        over: Literal["whole", "tail"] | None = None,
+        after: NotNegative | None = None,
+        before: NotNegative | None = None,
+    ) -> pandas.Series[Any]:
+        """Return the run as one row: name, seed, outcome, and metrics as numbers.
+
+        Args:
+            metrics: As for `table`.
+            over: As for `table`.
+            after: As for `table`.
+            before: As for `table`.
+
+        Returns:
+            The row; `attrs["units"]` has the units of numbers.
+
+        Raises:
+            UsageError: If there is no such metric or window, or if the trace was not kept.
+        """
         import pandas
 
+        from escort_mj.record.window import span_of
+
+        names = [metrics] if isinstance(metrics, str) else metrics
+        for name in names:
+            if name not in self.values:
+                raise UsageError(f"{name}: is not a metric of {self.name}{did_you_mean(name, self.values)}")
+        if (span := span_of(over, after, before)) is None:
+            values, suffix = {name: self.values[name] for name in names or self.values}, ""
+        else:
+            values, suffix = self._values_over(names, span), f"_{span.suffix}"
         about = self.metrics.get("run", {})
         row = {
             "name": self.name,
@@ -108,7 +142,32 @@ class Run:
             "simulated_time": about.get("simulated_time"),
             "wall_time": about.get("wall_time"),
         }
-        return pandas.Series(row | self.values, name=self.name, dtype=object)
+        row |= {f"{name}{suffix}": value for name, value in values.items()}
+        found = pandas.Series(row, name=self.name, dtype=object)
+        units = {f"{name}{suffix}": self.metrics[name]["unit"] for name in values}
+        found.attrs["units"] = {"simulated_time": "s", "wall_time": "s"} | units
+        return found
+
+    def _values_over(self, names: Sequence[str], span: Span) -> dict[str, float]:
+        """Metrics over a part of the run; no names stand for those that have a value and are no moments."""
+        from escort_mj.measuring import measure_over
+        from escort_mj.metrics.metric import Metric
+        from escort_mj.record.team import of_team
+        from escort_mj.record.window import end_of
+        from escort_mj.scenario.reader.catalog import catalog_of
+        from escort_mj.study.compare.compare import check_span
+
+        if (trace := self._source.recording) is None:
+            raise UsageError(NOT_KEPT)
+        check_span(span, end_of(trace))
+        known = {metric.name: metric for metric in catalog_of(self.scenario).of(Metric)}
+        found = {}
+        for name in names or [name for name, value in self.values.items() if not math.isnan(value)]:
+            team, _, bare = name.rpartition(".")
+            if names or not known[bare].moment:
+                value = measure_over(known[bare], of_team(trace, team) if team else trace, span).value
+                found[name] = math.nan if value is None else float(value)
+        return found
 
     @checked
     def to_dataframe(self, signals: str | Sequence[str] | None = None) -> pandas.DataFrame:
@@ -173,8 +232,6 @@ class Run:
         from escort_mj.report.figures.drawing.look import look_of, looking
         from escort_mj.report.figures.figures import figure_of
 
-        if name is not None and name not in self.figures:
-            raise UsageError(f"{name}: is not a figure of this run; allowed are {', '.join(self.figures)}")
         words = "" if self.outcome.good else f"{self.outcome.value}: {self.message}"
         with looking(look_of(width, font, font_size, title)):
             return figure_of(self.trace, name, words)
@@ -336,22 +393,39 @@ class Run:
 
 
 @checked
-def table(runs: Iterable[Run]) -> pandas.DataFrame:
+def table(
+    runs: Iterable[Run],
+    metrics: str | Sequence[str] = (),
+    *,
+    over: Literal["whole", "tail"] | None = None,
+    after: NotNegative | None = None,
+    before: NotNegative | None = None,
+) -> pandas.DataFrame:
     """Return many runs as one table, with one row per run and the columns of `Run.summary`.
 
     Args:
         runs: Runs, for example those of `run_many`.
+        metrics: Names of metrics, such as `radius_error_mean`; empty for all.
+        over: Part of each run that metrics look at: the `whole` run, or its `tail`, which is its last
+            fifth; None for what `after` and `before` say, or that of each metric.
+        after: Start of a window [s], instead of `over`.
+        before: End of the window [s]; None for the end of the run.
 
     Returns:
-        The table; `attrs["units"]` has the unit of each metric.
+        The table; `attrs["units"]` has the units of columns. Names of columns end with the window where
+        one is given, as in `radius_error_mean_after_20`.
+
+    Raises:
+        UsageError: If there is no such metric or window, or if a trace was not kept.
     """
     import pandas
 
     rows: list[dict[str, Any]] = []
     units: dict[str, str] = {}
     for run in runs:
-        rows.append(dict(run.summary()))
-        units |= {name: found["unit"] for name, found in run.metrics.items() if name in run.values}
+        row = run.summary(metrics, over=over, after=after, before=before)
+        rows.append(dict(row))
+        units |= row.attrs["units"]
     found = pandas.DataFrame(rows)
     found.attrs["units"] = units
     return found

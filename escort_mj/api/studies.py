@@ -226,7 +226,7 @@ def compare(
     """
     from escort_mj.files import make_folder, write_text
     from escort_mj.record.outcome import FINAL
-    from escort_mj.record.window import Span
+    from escort_mj.record.window import span_of
     from escort_mj.report.comparison import write_comparison
     from escort_mj.scenario import dump_scenario
     from escort_mj.study.compare.compare import comparison_of
@@ -237,7 +237,7 @@ def compare(
     mission = loaded(compare, scenario, overrides, plugins, keys)
     folder = Path(out) if out is not None else Path("renders") / "compare" / mission.name
     file = (folder / "scenario.yaml").absolute()
-    span = None if over is after is before is None else Span(over, after or 0.0, before)
+    span = span_of(over, after, before)
     study = comparison_of(mission, file, _names(laws), _names(outer), seeds, span)
     make_folder(folder)
     write_text(file, dump_scenario(mission))

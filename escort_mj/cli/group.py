@@ -13,6 +13,7 @@ SECTIONS = {
         "check",
         "validate",
         "show",
+        "metrics",
         "render",
         "report",
         "view",

@@ -26,6 +26,7 @@ ScenarioName = str
 StudyName = str
 Source = str
 RunFolder = Path
+RunFolders = tuple[Path, ...]
 ResultsFolder = Path
 Texts = tuple[str, ...]
 Overrides = tuple[str, ...]
@@ -66,6 +67,7 @@ KINDS: dict[str, tuple[Any, dict[str, Any]]] = {
     "Formats": (list[FigureFormat], {}),
     "Source": (str, {"autocompletion": complete.runs_or_scenarios}),
     "RunFolder": (Path, {"help": "Run folder.", "autocompletion": complete.runs} | FOLDER),
+    "RunFolders": (list[Path], {"autocompletion": complete.runs} | FOLDER),
     "ResultsFolder": (Path, {"autocompletion": complete.results} | FOLDER),
 }
 """Of each type: what Typer takes it for, and the settings of such options."""

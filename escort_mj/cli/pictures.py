@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from escort_mj.cli.app import Answer, command, drawing_video, progress_bar, shown_path
-from escort_mj.cli.options import LOOK, Either, Formats, RunFolder
+from escort_mj.cli.options import LOOK, Either, Formats, RunFolder, Texts
 from escort_mj.errors import UsageError
 
 if TYPE_CHECKING:
@@ -23,6 +23,7 @@ if TYPE_CHECKING:
         "end": "--to",
         "size": "--size WxH",
         "video_format": "--format",
+        "only": "--only NAME",
     },
 )
 def render_command(
@@ -40,6 +41,7 @@ def render_command(
     out: Path | None = None,
     video: Either = True,
     figures: Either = True,
+    only: Texts = (),
     formats: Formats = (),
     **look: Any,
 ) -> Answer:
@@ -51,7 +53,7 @@ def render_command(
 
     Example: escort-mj render renders/main --no-figures --format webp --size 640x360 --rate 12
 
-    Example: escort-mj render renders/main --no-video --figure-format pdf --width column --font-size 7
+    Example: escort-mj render renders/main --no-video --only paths --figure-format pdf --width column
 
     Args:
         camera: Camera of the video; None for the scenario's.
@@ -67,6 +69,7 @@ def render_command(
         out: File of the video; its suffix selects the format; None for RUN/video.FORMAT.
         video: Whether to render the video.
         figures: Whether to draw the figures.
+        only: Figure to draw, such as paths; repeatable [default: all].
         formats: Format of the figures; repeatable [default: png].
     """
     changes: dict[str, Any] = {
@@ -76,6 +79,8 @@ def render_command(
         "distance": distance,
     }
     changes |= {"start": start, "end": end, "rate": rate, "speed": speed} | _sides(size)
+    if only and not figures:
+        raise UsageError("--only names figures to draw; --no-figures draws none")
     wanted = _video(run_folder, {key: value for key, value in changes.items() if value is not None})
     file = _file(run_folder, out, video_format)
     written: list[str] = []
@@ -85,7 +90,7 @@ def render_command(
             from escort_mj.report.figures.figures import draw_figures
 
             with looking(look_of(**look)), progress_bar("drawing the figures", "", announced=True):
-                drawn = draw_figures(run_folder, formats or ("png",))
+                drawn = draw_figures(run_folder, formats or ("png",), only)
             written += map(shown_path, drawn)
         if rendered():
             written.append(shown_path(file))

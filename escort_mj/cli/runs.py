@@ -1,4 +1,4 @@
-"""Commands for one run, or for several scenarios: run, check, show, schema."""
+"""Commands for one run, or for several scenarios: run, check, show, metrics, schema."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from escort_mj.cli.app import (
     say,
     shown_path,
 )
-from escort_mj.cli.options import Count, Either, RunFolder, ScenarioName, Texts
+from escort_mj.cli.options import Count, Either, RunFolder, RunFolders, ScenarioName, Texts
 from escort_mj.cli.streams import OUTPUT, tell
 from escort_mj.errors import UsageError
 
@@ -160,6 +160,44 @@ def show_command(run_folder: RunFolder) -> Answer:
     told = {key: stored.outcome[key] for key in ("outcome", "message")} | {"physics": physics}
     told |= {"samples": samples, "robots": robots, "verdicts": [asdict(one) for one in stored.verdicts]}
     return Answer(lines, {"folder": shown_path(run_folder)} | told)
+
+
+@command("metrics", like="api.runs.table", flags={"metrics": "--metric NAME"})
+def metrics_command(runs: RunFolders, to: Path | None = None, **given: Any) -> Answer:
+    """Tabulate metrics of runs, each over its own window or all over one.
+
+    Example: escort-mj metrics renders/main --metric radius_error_mean --metric force_rms --after 20
+
+    Example: escort-mj metrics renders/main renders/main-2 --over whole --to metrics.csv
+
+    Args:
+        runs: Run folders.
+        to: Also write the table: FILE.csv or FILE.parquet with a row for each run, FILE.md or FILE.tex with a
+            column for each.
+    """
+    from escort_mj.api import open_run
+    from escort_mj.api.runs import table
+    from escort_mj.files import write_text
+    from escort_mj.record.export import CSV, PARQUET, write_frame
+    from escort_mj.record.tables import aligned, latex, markdown
+    from escort_mj.study.sweeps.quantities import value_text
+
+    if to is not None and to.suffix not in (allowed := (CSV, PARQUET, ".md", ".tex")):
+        raise UsageError(f"{to}: the suffix says what to write; allowed are {', '.join(allowed)}")
+    found = table(map(open_run, runs), **given)
+    units = found.attrs["units"]
+    head = ["metric", *map(shown_path, runs)]
+    rows = [["outcome", *found["outcome"]]]
+    rows += [[name, *(value_text(value, unit) for value in found[name])] for name, unit in units.items()]
+    written = [] if to is None else [shown_path(to)]
+    if to is not None and to.suffix in (CSV, PARQUET):
+        write_frame(found, to)
+    elif to is not None:
+        page = latex(head, rows, "Metrics of runs")
+        write_text(to, page if to.suffix == ".tex" else "\n".join([*markdown(head, rows), ""]))
+    lines = [*aligned([head, *rows]), *(f"wrote {each}" for each in written)]
+    numbers = [{"folder": head[k + 1]} | row for k, row in enumerate(found.to_dict("records"))]
+    return Answer(lines, {"runs": numbers, "units": units, "written": written})
 
 
 @command("schema", json=False)

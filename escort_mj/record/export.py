@@ -66,12 +66,16 @@ def write_table(trace: xarray.Dataset, path: Path) -> None:
         UsageError: If nothing that writes Parquet is installed.
         WriteError: If the file cannot be written; an earlier one stays as it was.
     """
-    rows = dataframe_of(trace)
+    write_frame(dataframe_of(trace), path)
+
+
+def write_frame(table: pandas.DataFrame, path: Path) -> None:
+    """Write a table whose units are in its `attrs["units"]`; see `write_table`."""
     try:
         with replaced(path) as temporary, temporary.open("wb") as file:
             if path.suffix == PARQUET:
-                rows.to_parquet(file, index=False)
+                table.to_parquet(file, index=False)
             else:
-                with_units(rows).to_csv(file, index=False)
+                with_units(table).to_csv(file, index=False)
     except ImportError:
         raise UsageError(f"{path}: writing Parquet needs pyarrow; pip install pyarrow adds it") from None

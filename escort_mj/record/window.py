@@ -64,6 +64,11 @@ class Span(NamedTuple):
         return re.sub(r" s\b", "", when(self.after, self.before)).strip().replace(" ", "_")
 
 
+def span_of(over: Over | None, after: float | None, before: float | None) -> Span | None:
+    """Return the part of a run that is given by these keys; None where none is given."""
+    return None if over is after is before is None else Span(over, after or 0.0, before)
+
+
 def span_faults(over: Over | None, after: float | None, before: float | None) -> Iterator[str]:
     """Say what is wrong with a part of a run that is given by these keys; None for one that is not given."""
     times = " and ".join(key for key, time in (("after", after), ("before", before)) if time is not None)

@@ -11,6 +11,7 @@ import pytest
 import escort_mj
 from escort_mj.api.runs import Run
 from escort_mj.errors import ScenarioError, UsageError
+from escort_mj.measuring import measure
 from escort_mj.record.folder import read_run
 from escort_mj.report.video.video import ending
 
@@ -85,6 +86,24 @@ def test_metrics_are_numbers_and_runs_are_rows(made: Run, opened: Run) -> None:
     assert list(rows.columns[:4]) == ["name", "seed", "outcome", "passed"]
     assert rows["force_rms"].dtype == float and rows["passed"].tolist() == [False, False]
     assert dict(made.summary())["force_rms"] == rows["force_rms"][0]
+
+
+def test_metrics_over_a_window_of_runs(made: Run, opened: Run) -> None:
+    table = escort_mj.table([made, opened], ["force_rms", "settling_time"], after=0.5)
+    values = measure("force_rms", made.trace, 0.5).value
+    assert table["force_rms_after_0.5"].tolist() == [values, values] != [made.values["force_rms"]] * 2
+    assert table.attrs["units"]["settling_time_after_0.5"] == "s" and len(table.columns) == 8
+    every = made.summary(over="tail")
+    assert every["radius_error_mean_over_tail"] == made.values["radius_error_mean"]
+    assert "settling_time_over_tail" not in every and "obstacle_clearance_min_over_tail" not in every
+    for wrong, words in {
+        "forc_rms": 'forc_rms: is not a metric of .*; did you mean "force_rms"',
+        "force_rms": "after 2: the run ends at 1 s",
+    }.items():
+        with pytest.raises(UsageError, match=words):
+            made.summary(wrong, after=2)
+    with pytest.raises(UsageError, match="not kept"):
+        next(escort_mj.run_many([TEXT], 1)).summary(over="whole")
 
 
 def test_signals_are_chosen(made: Run) -> None:
@@ -196,5 +215,5 @@ def test_a_wrong_argument_of_a_call_is_told_the_nearest() -> None:
 
 def test_a_table_of_runs_has_units(made: Run) -> None:
     table = escort_mj.table([made])
-    assert set(table.attrs["units"]) == set(made.values)
+    assert set(table.attrs["units"]) == {"simulated_time", "wall_time", *made.values}
     assert table.attrs["units"]["force_rms"] == made.metrics["force_rms"]["unit"] == "N"

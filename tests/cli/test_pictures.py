@@ -1,4 +1,5 @@
 import json
+from pathlib import Path
 
 import pytest
 
@@ -43,9 +44,17 @@ def test_figures_for_a_paper(make_run, one_figure, monkeypatch, capfd):
     assert 'width="249.4' in words  # points
 
 
+def test_figures_are_chosen_by_name(make_run, monkeypatch, capfd):
+    folder = make_run(samples=20)
+    code, out, _ = call(monkeypatch, capfd, "render", str(folder), "--no-video", "--only", "paths", "--json")
+    assert code == 0 and [Path(name).name for name in json.loads(out)["written"]] == ["paths.png"]
+
+
 @pytest.mark.parametrize(
     ("options", "words"),
     [
+        (("--only", "path"), "path: is not a figure of this run; allowed are panels, paths"),
+        (("--only", "paths", "--no-figures"), "--only names figures to draw; --no-figures draws none"),
         (("--width", "wide"), "width: found wide; allowed are column, page, and lengths"),
         (("--font", "Nowhere Sans"), "font: found Nowhere Sans, which is not installed here"),
         (("--font-size", "100"), "font size: found 100; allowed are 4 to 40 pt"),

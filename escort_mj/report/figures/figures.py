@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from matplotlib.figure import Figure
 
-from escort_mj.errors import RenderError
+from escort_mj.errors import RenderError, UsageError
 from escort_mj.record.folder import FIGURES, StoredRun, read_run
 from escort_mj.record.recording import LOG, Recorded, is_log, not_logged
 from escort_mj.report.figures import (
@@ -106,18 +106,21 @@ PLOTS: tuple[Plot, ...] = (
 )
 
 
-def draw_figures(folder: str | os.PathLike[str], formats: Sequence[str] = ("png",)) -> list[Path]:
-    """Draw every figure that a run folder has data for, into its `figures/`.
+def draw_figures(
+    folder: str | os.PathLike[str], formats: Sequence[str] = ("png",), only: Sequence[str] = ()
+) -> list[Path]:
+    """Draw the figures that a run folder has data for, into its `figures/`.
 
     Args:
         folder: A run folder.
         formats: File formats: `png`, `pdf`, `svg`.
+        only: Names of figures; empty for all.
 
     Returns:
         The files written.
 
     Raises:
-        UsageError: If there is no such format.
+        UsageError: If there is no such format, or the run has no such figure.
         RunFolderError: If the folder cannot be read.
         RenderError: If there is no sample to draw.
         WriteError: If a file cannot be written.
@@ -126,7 +129,8 @@ def draw_figures(folder: str | os.PathLike[str], formats: Sequence[str] = ("png"
     run = read_run(folder)
     if run.recording.sizes["time"] == 0:
         raise RenderError(f"{run.path}: {NOTHING}")
-    return [draw_plot(run, name, suffix) for name in plots_of(run.recording) for suffix in formats]
+    names = [check_figure(run.recording, name) for name in only] or plots_of(run.recording)
+    return [draw_plot(run, name, suffix) for name in names for suffix in formats]
 
 
 def draw_plot(run: StoredRun, name: str, suffix: str = "png") -> Path:
@@ -155,6 +159,17 @@ def plots_of(trace: Recorded) -> dict[str, Plot]:
     return {plot.name: plot for plot in PLOTS if plot.applies(trace)}
 
 
+def check_figure(trace: Recorded, name: str) -> str:
+    """Return the name of a figure.
+
+    Raises:
+        UsageError: If the run has no such figure.
+    """
+    if name not in (known := plots_of(trace)):
+        raise UsageError(f"{name}: is not a figure of this run; allowed are {', '.join(known)}")
+    return name
+
+
 def figure_of(trace: Recorded, name: str | None = None, note: str = "") -> Figure:
     """Draw one figure of a trace.
 
@@ -164,12 +179,13 @@ def figure_of(trace: Recorded, name: str | None = None, note: str = "") -> Figur
         note: What a reader must know of the run; empty for nothing.
 
     Raises:
+        UsageError: If the run has no such figure.
         RenderError: If there is no sample to draw.
     """
     if trace.sizes["time"] == 0:
         raise RenderError(NOTHING)
     plots = plots_of(trace)
-    plot = next(iter(plots.values())) if name is None else plots[name]
+    plot = next(iter(plots.values())) if name is None else plots[check_figure(trace, name)]
     with canvas_of(_height(plot, trace), _title(trace, plot), note) as canvas:
         plot.draw(canvas, trace)
     return canvas

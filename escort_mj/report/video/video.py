@@ -22,7 +22,7 @@ from pathlib import Path
 from typing import IO, TYPE_CHECKING
 
 from escort_mj.errors import EscortError, RenderError, UsageError, WriteError
-from escort_mj.files import PARTIAL, replaced
+from escort_mj.files import remove_left, replaced
 from escort_mj.gl import INSTALL_COMMAND, choose_backend
 from escort_mj.record.folder import CLIP, MODEL, VIDEO, StoredRun, read_run
 from escort_mj.report.video.formats import ENCODINGS
@@ -183,8 +183,7 @@ def _started(run: StoredRun, path: Path, options: list[str]) -> Iterator[Renderi
             if child.poll() is None:
                 child.kill()
             child.wait()
-            for left in path.parent.glob(f"{PARTIAL}.{child.pid}.*"):
-                left.unlink(missing_ok=True)
+            remove_left(path.parent)
 
 
 def child_environment(backend: str) -> dict[str, str]:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import math
 import os
-import socket
 import sqlite3
 import time
 from collections.abc import Iterable, Iterator, Sequence
@@ -17,9 +16,10 @@ from typing import Any, NamedTuple
 from pydantic import Json
 
 from escort_mj.errors import EscortError, Fault, UsageError, WriteError
-from escort_mj.files import alive, checked, identify, make_folder
+from escort_mj.files import MACHINE, alive, checked, identify, make_folder, remove_left
 from escort_mj.metrics import METRIC_NAMES
 from escort_mj.recognize import RESULTS as FILE
+from escort_mj.record.folder import FIGURES
 from escort_mj.record.outcome import Number, Verdict
 
 FORMAT = 1
@@ -93,16 +93,18 @@ class Store:
     """
 
     def __init__(self, folder: Path) -> None:
-        """Open the results in a folder, or create them.
+        """Open the results in a folder, or create them, and remove what killed processes left half written.
 
         Raises:
             UsageError: If the file is no store of this format, or cannot be written.
             WriteError: If the folder cannot be made, or the disk is full or read-only.
         """
         self.path = folder / FILE
-        self._owner = json.dumps(identify() | {"host": socket.gethostname()}, sort_keys=True)
+        self._owner = json.dumps(identify() | {"host": MACHINE}, sort_keys=True)
         try:
             make_folder(folder)
+            for place in (folder, folder / FIGURES):
+                remove_left(place)
             # Transactions are begun by hand: Python's own would begin them too late to read in them.
             self._connection = sqlite3.connect(self.path, timeout=PATIENCE, isolation_level=None)
             self._connection.execute("PRAGMA journal_mode = WAL")
@@ -267,7 +269,7 @@ def _lapsed(written: Any, since: Any, now: float) -> bool:
         return True
     if not isinstance(owner, dict) or not isinstance(since, int | float):
         return True
-    if owner.get("host") == socket.gethostname():
+    if owner.get("host") == MACHINE:
         return not alive(owner)
     return now - since > SILENCE
 

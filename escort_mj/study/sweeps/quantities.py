@@ -11,7 +11,7 @@ from escort_mj.components.parameters import Parameters
 from escort_mj.metrics import METRIC_NAMES, METRICS
 from escort_mj.metrics.metric import Metric, title_of
 from escort_mj.record.outcome import Outcome
-from escort_mj.record.window import Over, Span, span_faults
+from escort_mj.record.window import Over, Span, span_faults, span_of
 from escort_mj.scenario.findings import Finding, Path
 from escort_mj.study.engine.store import Row
 
@@ -41,9 +41,7 @@ class MetricOver(Parameters):
     @property
     def span(self) -> Span | None:
         """The part of a run that it looks at; None for the metric's own."""
-        if self.over is None and self.after is None and self.before is None:
-            return None
-        return Span(self.over, self.after or 0.0, self.before)
+        return span_of(self.over, self.after, self.before)
 
     @property
     def key(self) -> str:

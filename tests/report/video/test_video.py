@@ -10,6 +10,7 @@ import pytest
 
 from escort_mj import gl, palette
 from escort_mj.errors import RenderError, RunFolderError, WriteError
+from escort_mj.files import MACHINE, PARTIAL
 from escort_mj.record.folder import read_run
 from escort_mj.record.outcome import Outcome
 from escort_mj.report.video import video
@@ -151,7 +152,7 @@ def test_a_folder_that_is_no_run_is_refused(tmp_path):
 def test_a_child_that_fails_is_an_error_not_a_hang(make_run, monkeypatch, tmp_path, script, words):
     folder = make_run(samples=2)
     (folder / "video.mp4").write_text("an earlier video")
-    half = f"echo half a video > {folder}/{video.PARTIAL}.$$.1.{video.VIDEO}"
+    half = f"echo half a video > {folder}/{PARTIAL}.{MACHINE}.$$.1.{video.VIDEO}"
     child = tmp_path / "python"
     child.write_text(f"#!/bin/sh\n{half}\n{script}\n")
     child.chmod(child.stat().st_mode | stat.S_IXUSR)
@@ -161,7 +162,7 @@ def test_a_child_that_fails_is_an_error_not_a_hang(make_run, monkeypatch, tmp_pa
     with pytest.raises(RenderError, match=words):
         video.render_video(folder)
     assert (folder / "video.mp4").read_text() == "an earlier video"
-    assert not [*folder.glob(f"{video.PARTIAL}*")]
+    assert not [*folder.glob(f"{PARTIAL}*")]
 
 
 def test_a_full_disk_is_an_error(tmp_path):

@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from escort_mj.errors import UsageError
+from escort_mj.files import MACHINE, PARTIAL
 from escort_mj.metrics import METRIC_NAMES
 from escort_mj.study.engine.store import FILE, SILENCE, Row, Store, open_store
 from tests.synthetic import make_verdict
@@ -34,6 +35,26 @@ def test_what_is_put_is_got(tmp_path: Path) -> None:
     assert found.metrics["settling_time"] == float("inf")
     assert found.metrics["energy_ratio"] is None
     assert set(found.metrics) == set(METRIC_NAMES)
+
+
+def test_what_a_killed_study_left_half_written_is_removed(tmp_path: Path) -> None:
+    ended = multiprocessing.get_context("spawn").Process(target=os.getpid)
+    ended.start()
+    ended.join()
+    (tmp_path / "figures").mkdir()
+    before = f"{PARTIAL}.{MACHINE}"
+    left = [f"{before}.{ended.pid}.1.runs.csv", f"figures/{before}.{ended.pid}.1.front.svg"]
+    others = [
+        f"{before}.{os.getpid()}.1.runs.csv",
+        f"{PARTIAL}.elsewhere.{ended.pid}.1.runs.csv",
+        f"{before}.mine",
+        "mine.csv",
+    ]
+    for name in (*left, *others):
+        (tmp_path / name).write_text("half")
+    Store(tmp_path).close()
+    assert {str(path.relative_to(tmp_path)) for path in tmp_path.rglob("*")} >= {*others, FILE}
+    assert not any((tmp_path / name).exists() for name in left)
 
 
 def test_a_store_whose_damage_is_no_text_is_refused(tmp_path: Path) -> None:
