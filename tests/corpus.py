@@ -12,16 +12,21 @@ import pytest
 from ruamel.yaml import YAML
 
 
+def documents(path: Path) -> list[Any]:
+    """Return all that a file holds."""
+    return list(YAML(typ="safe").load_all(path))
+
+
 def read(path: Path) -> Any:
     """Return what a file holds; the last document, where a text stands before it."""
-    return list(YAML(typ="safe").load_all(path))[-1]
+    return documents(path)[-1]
 
 
 def wrong(folder: Path) -> list[Any]:
     """Return the wrong inputs of all files of a folder, as parameters of a test."""
     found = []
     for path in sorted(folder.glob("*.yaml")):
-        *heads, cases = YAML(typ="safe").load_all(path)
+        *heads, cases = documents(path)
         for number, case in enumerate(cases):
             text = "".join([*heads, case.get("text", "")])
             if "change" in case:

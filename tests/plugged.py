@@ -1,8 +1,19 @@
 """Plugins that tests share, as text, and how to check them in little time."""
 
+from pathlib import Path
+
 import pytest
 
 from escort_mj.conformance import behaviors, estimators, missions, repeats
+from tests.corpus import documents
+
+WRONG = Path(__file__).parent / "components" / "wrong"
+
+
+def plugin(kind: str, *files: str) -> tuple[str, str]:
+    """Return a plugin that is right, and a scenario that takes it from files of some names."""
+    head = documents(WRONG / f"{kind}.yaml")[0]
+    return head["plugin"], head["scenario"].replace("own.py", ", ".join(files) or "own.py")
 
 
 def hurry(patch: pytest.MonkeyPatch) -> None:
@@ -13,51 +24,14 @@ def hurry(patch: pytest.MonkeyPatch) -> None:
     patch.setattr(missions, "TIMES", 2)
 
 
-LAW = '''
-"""PD with an estimate."""
+LAW, SCENARIO = plugin("law", "own_law.py")
+ESTIMATOR, _ = plugin("estimator")
 
-from typing import ClassVar, Literal
-
-from pydantic import NonNegativeFloat
-
-from escort_mj.plugins import Law, Values
-
-
-class Pid(Law):
-    """PD with an estimate that follows s."""
-
-    law: Literal["pid"] = "pid"
-    proportional_gain: NonNegativeFloat = 30.0
-    """Gain of the position error [N/m]."""
-    derivative_gain: NonNegativeFloat = 50.0
-    """Gain of the velocity error [N s/m]."""
-    integral_gain: NonNegativeFloat = 20.0
-    """Rate at which the estimate follows s [N/m]."""
-    fails_at: float = 1e9
-    """When it breaks [s]."""
-
-    def force(self, r: Values):
-        """PD with the estimate."""
-        if r.time >= self.fails_at:
-            raise ZeroDivisionError("told to")
-        return r.rho_hat + self.proportional_gain * r.e + self.derivative_gain * r.e_dot
-
-    def rho_hat_rate(self, r: Values):
-        """The rate of the estimate."""
-        return self.integral_gain * r.s
-'''
 
 COMPILED = """
     compiled: ClassVar[bool] = True
 """
 
-SCENARIO = """
-name: own
-duration: 2
-target: {position: ["0.3*t", 0]}
-plugins: [own_law.py]
-controller: {law: pid}
-"""
 
 BEHAVIOR = '''
 """Keeps robots at a height."""
@@ -84,34 +58,6 @@ class Layer(Behavior):
         return keep(height, self.height, unit_axis(r.q, -1), self.gain)
 '''
 
-ESTIMATOR = '''
-from typing import Annotated, ClassVar, Literal
-
-from pydantic import Field
-
-from escort_mj.plugins import Belief, Estimator, Witness
-
-
-class AlphaBeta(Estimator):
-    """Correct position and velocity by fixed shares of the error (alpha-beta filter)."""
-
-    needs: ClassVar[tuple[tuple[str, ...], ...]] = (("position",),)
-    has_covariance: ClassVar[bool] = False
-
-    estimator: Literal["alpha_beta"] = "alpha_beta"
-    alpha: Annotated[float, Field(gt=0.0, le=1.0)] = 0.1
-    """Share of the error by which a look corrects the position [1]."""
-    beta: Annotated[float, Field(gt=0.0, le=1.0)] = 0.005
-    """Share of the error, per time between two looks, by which it corrects the velocity [1]."""
-
-    def sees(self, r: Witness) -> Belief:
-        """Return the belief, moved on and corrected by what is seen."""
-        elapsed = r.time - r.belief.time
-        ahead = r.belief.position + elapsed * r.belief.velocity
-        error = r.seen_position - ahead
-        faster = self.beta / elapsed * error if elapsed > 0.0 else 0.0 * error
-        return r.believe(ahead + self.alpha * error, r.belief.velocity + faster)
-'''
 
 METRIC = '''
 import numpy as np

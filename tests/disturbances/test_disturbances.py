@@ -1,6 +1,5 @@
 """Forces that the controller does not know: they add up, depend on q and v, and keep memory of their own."""
 
-import re
 from pathlib import Path
 from typing import Any
 
@@ -11,37 +10,9 @@ import escort_mj
 from escort_mj.conformance import check_plugin
 from escort_mj.errors import ScenarioError
 from escort_mj.mission.batch import fly_many
+from tests.plugged import COMPILED, plugin
 
-FIELD = '''
-"""A force field that turns around the origin, and drags."""
-
-from typing import ClassVar, Literal
-
-from escort_mj.plugins import Disturbance, Memory, TrueRobots, Vec, norm, quarter_turn
-
-
-class Swirl(Disturbance):
-    """A force across the way from the origin, drag, and noise through a filter."""
-
-    compiled: ClassVar[bool] = True
-    draws: ClassVar[bool] = True
-    gust: ClassVar[Memory] = Memory("N", "gust")
-    disturbance: Literal["swirl"] = "swirl"
-    strength: float = 0.3
-    """Force per distance [N/m]."""
-    drag: float = 0.2
-    """Force per squared speed [kg/m]."""
-    noise: float = 1.0
-    """Amplitude of the noise [N/s]."""
-
-    def force(self, r: TrueRobots) -> Vec:
-        """Return the force."""
-        return self.strength * quarter_turn(r.q) - self.drag * norm(r.v) * r.v + r.gust
-
-    def gust_rate(self, r: TrueRobots) -> Vec:
-        """Return the rate of the gust."""
-        return self.noise * r.noise - 0.5 * r.gust
-'''
+FIELD, _ = plugin("disturbance")
 SHORT = {"duration": 1.0, "expect": [], "uncertainty": {}}
 
 
@@ -49,9 +20,8 @@ SHORT = {"duration": 1.0, "expect": [], "uncertainty": {}}
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Hold the same field as a plugin that is compiled, and as one that is not."""
     made = tmp_path_factory.mktemp("fields")
-    (made / "swirl.py").write_text(FIELD)
-    plain = FIELD.replace('"swirl"', '"plain"').replace("    compiled: ClassVar[bool] = True\n", "")
-    (made / "plain.py").write_text(plain)
+    (made / "swirl.py").write_text(FIELD + COMPILED)
+    (made / "plain.py").write_text(FIELD.replace('"swirl"', '"plain"'))
     return made
 
 
@@ -153,41 +123,3 @@ def test_a_compiled_plugin_passes_all_checks(compiled: None, hurried: None, fold
 def test_what_is_wrong_is_told_with_its_place(disturbances: list[Any], words: str) -> None:
     with pytest.raises(ScenarioError, match=words):
         escort_mj.load_scenario("main", SHORT | {"uncertainty": {"disturbances": disturbances}})
-
-
-@pytest.mark.parametrize("form", ["plain", "swirl"])
-@pytest.mark.parametrize(
-    ("change", "words"),
-    [
-        (("return self.strength", "return 0.3  #"), "expected a vector, such as r.q"),
-        (("r.gust\n\n", "r.gist\n\n"), 'gist" is nothing that can be read here.*did you mean "gust"'),
-        (("def gust_rate", "def gust_rates"), "has no gust_rate"),
-        (
-            ('"gust")', '"gust", "disturbances")'),
-            "gust .*estimates 'disturbances'.*did you mean \"disturbance\"",
-        ),
-        (('"gust")', '"gust", "q")'), "estimates 'q'; expected a signal of each robot and axis in N"),
-        (("def force", "def forces"), r"has no force\(self, r\)"),
-        (
-            ("    draws: ClassVar[bool] = True\n", ""),
-            r'broken.py:\d+: .*"noise" is given to what has the line draws: ClassVar\[bool\] = True',
-        ),
-        (
-            ("def gust_rate", "def of_timed(self, r):\n        pass\n\n    def gust_rate"),
-            'did you mean "of_time"',
-        ),
-    ],
-)
-def test_faults_of_a_plugin_are_told(
-    compiled: None, folder: Path, change: tuple[str, str], words: str, form: str
-) -> None:
-    text = (folder / f"{form}.py").read_text().replace(*change)
-    assert text != (folder / f"{form}.py").read_text()
-    (folder / "broken.py").write_text(text.replace(f'"{form}"', '"broken"'))
-    try:
-        keys = SHORT | {"plugins": [str(folder / "broken.py")], "uncertainty.disturbances": ["broken"]}
-        (flight,) = fly_many([escort_mj.load_scenario("main", keys)], 1)
-        found = flight.message
-    except ScenarioError as error:
-        found = str(error)
-    assert re.search(words, found), found

@@ -1,55 +1,15 @@
 """Radios of plugins: both forms, the bits of one that ships, and wrong ones."""
 
-import re
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from escort_mj import Run, load_scenario, run
 from escort_mj.conformance import check_plugin
-from escort_mj.errors import PluginError, ScenarioError
 from escort_mj.radios import RADIOS, Radio, radio
-from escort_mj.record.outcome import Outcome
+from tests.plugged import plugin
 
-SCENARIO = """
-duration: 1.5
-target: {position: [0.3*t, 0]}
-plugins: [own.py]
-knowledge: {target: {robots: [1]}, initial: {position: 0.5}}
-communication: {radio: own, range: 9, delay: [0.02, 0.06], loss: {mean: 0.3, burst: 3}}
-"""
-FADING = '''
-import math
-from typing import Any, ClassVar, Literal
-
-from pydantic import PositiveFloat
-
-from escort_mj.plugins import Memory, Radio, Values
-
-
-class Fading(Radio):
-    """Sends in every step; the farther, the more is lost, never two in a row."""
-
-    radio: Literal["own"] = "own"
-    decay: PositiveFloat | None = 10.0
-    """Distance at which a third passes [m]."""
-    passed: ClassVar[Memory] = Memory("1", "messages that passed since one was lost")
-
-    def sends(self, r: Values) -> Any:
-        """Return the time of a message."""
-        return r.number * r.timestep
-
-    def passed_next(self, r: Values) -> Any:
-        """Count on, or begin anew."""
-        if r.passed > 0.0 and r.draw > math.exp(-r.distance / self.decay):
-            return 0.0
-        return r.passed + 1.0
-
-    def loses(self, r: Values) -> Any:
-        """Return whether it is lost."""
-        return r.passed == 0.0
-'''
+FADING, SCENARIO = plugin("radio")
 COMPILED = '    radio: Literal["own"] = "own"\n    compiled: ClassVar[bool] = True\n'
 HEARD = ("q", "messages_sent", "messages_heard", "messages_lost", "heard_from", "target_estimate")
 
@@ -93,98 +53,3 @@ def test_it_passes_its_checks(compiled: None, tmp_path: Path) -> None:
     (tmp_path / "own.py").write_text(FADING)
     wrong = [check for check in check_plugin(str(tmp_path / "own.py")) if not check.held]
     assert not wrong
-
-
-@pytest.mark.crossed
-@pytest.mark.parametrize("form", ["Python", "compiled"])
-@pytest.mark.parametrize(
-    ("change", "said"),
-    [
-        (
-            ("        return r.passed == 0.0", "        return 1.0 / (r.time < 0.5)"),
-            r"own.py:\d+: ZeroDivisionError: ",
-        ),
-        (
-            ("return r.number * r.timestep", "return r.timestep * (r.number if r.number < 99 else math.inf)"),
-            r"own.py:\d+: Fading gave a message of robot 1 a time that is not a finite number",
-        ),
-        (
-            ("return r.number * r.timestep", "return r.timestep * abs(r.number - 9.0)"),
-            r"own.py:\d+: Fading gave message 1 of robot 1 the time 0.016 s, no later than",
-        ),
-        (
-            ("return r.number * r.timestep", "return 0.5"),
-            r"own.py:\d+: Fading gave message 1 of robot 1 the time 0.5 s, no later than",
-        ),
-        (
-            ("return r.number * r.timestep", "return r.number * r.timestep - 1.0"),
-            r"own.py:\d+: Fading gave message 0 of robot 1 the time -1 s, no later than",
-        ),
-        (
-            ("        return r.passed == 0.0", "        return 0.25"),
-            r"own.py:\d+: Fading gave message 0 of robot 1 the loss 0.25; expected True or False",
-        ),
-        (
-            ("def loses", "def delays(self, r):\n        return -0.1\n\n    def loses"),
-            r"own.py:\d+: Fading gave message 0 of robot 1 a delay of -0.1 s; expected 0 or more",
-        ),
-    ],
-    ids=["raises", "infinite", "back", "the same", "before the start", "a number", "a negative delay"],
-)  # fmt: skip
-def test_what_it_does_wrong_ends_the_run_with_its_place(
-    compiled: None, tmp_path: Path, change: tuple[str, str], said: str, form: str
-) -> None:
-    text = FADING.replace(*change)
-    if form == "compiled":
-        if "Zero" in said:
-            return  # in kernels, what is divided by zero is infinite
-        text = text.replace('    radio: Literal["own"] = "own"\n', COMPILED)
-    found = flown(tmp_path, text)
-    assert found.outcome is Outcome.FAILED
-    assert re.search(said, found.message), found.message
-    assert np.isfinite(found.trace["q"].values).all()
-
-
-@pytest.mark.parametrize(
-    ("change", "said"),
-    [
-        (("def sends", "def sent"), "has no sends(self, r); did you mean"),
-        (("def loses", "def loose"), 'found loose (line 28), of which nothing knows; did you mean "loses"?'),
-        (("def loses", "def relay"), 'found relay (line 28), of which nothing knows; did you mean "delay"?'),
-        (("def sends(self, r: Values)", "def sends(self)"), "takes (self); it is called with (self, r)"),
-        (("def passed_next", "def pased_next"), "has no passed_next(self, r)"),
-        (("passed: ClassVar[Memory]", "number: ClassVar[Memory]"), "number (line 16) has no number_next"),
-        (("PositiveFloat | None", "str | None"), "decay: found"),
-        (('Literal["own"]', "str"), "does not say its name"),
-        (('"own"', '"periodic"'), "the radio periodic is there already"),
-        (
-            ("passed_next(", "period(self, timestep, robots):\n        return -1.0\n\n    def passed_next("),
-            "own.py:22: ValueError: period returned -1.0; expected 0 or more",
-        ),
-        (
-            ("passed_next(", "period(self, timestep, robots):\n        return 1 / 0\n\n    def passed_next("),
-            "own.py:23: ZeroDivisionError",
-        ),
-    ],
-)
-def test_a_wrong_one_is_one_message(tmp_path: Path, change: tuple[str, str], said: str) -> None:
-    assert change[0] in FADING
-    (tmp_path / "own.py").write_text(FADING.replace(*change))
-    (tmp_path / "own.yaml").write_text(SCENARIO)
-    with pytest.raises((PluginError, ScenarioError)) as caught:
-        load_scenario(tmp_path / "own.yaml")
-    assert said in str(caught.value)
-
-
-@pytest.mark.parametrize(
-    ("line", "said"),
-    [
-        ("pass", "loses returned None; expected a number"),
-        ("r.bad = 1.0", "bad cannot be set: equations return their values"),
-        ("import random; return random.random() < 0.5", "seeds or draws shared random numbers"),
-    ],
-)
-def test_what_it_may_not_do_is_told(compiled: None, tmp_path: Path, line: str, said: str) -> None:
-    found = flown(tmp_path, FADING.replace("return r.passed == 0.0", line))
-    assert found.outcome is Outcome.FAILED
-    assert said in found.message

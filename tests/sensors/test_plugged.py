@@ -1,6 +1,5 @@
 """Sensors of plugins: both forms, what they keep, and wrong ones."""
 
-import re
 from pathlib import Path
 
 import numpy as np
@@ -8,54 +7,13 @@ import pytest
 
 from escort_mj import Run, load_scenario, run
 from escort_mj.conformance import check_plugin
-from escort_mj.errors import PluginError, ScenarioError
-from escort_mj.record.outcome import Outcome
+from escort_mj.errors import ScenarioError
 from escort_mj.sensors import SENSORS, Plain, Sensor, plain
+from tests.plugged import plugin
 
-SCENARIO = """
-duration: 1
-plugins: [own.py]
-target: {position: [0.3*t, sin(t)]}
-robots: {count: 3, kind: diff_drive}
-recording: {rate: 500}
-sensing: {position: own, target_velocity: {sensor: own, drift: 0.5}, heading: own}
-"""
+DRIFTING, SCENARIO = plugin("sensor")
 NAME = '    sensor: Literal["own"] = "own"\n'
 COMPILED = NAME + "    compiled: ClassVar[bool] = True\n"
-MEASURES = '    measures: ClassVar[tuple[str, ...]] = ("{}",)\n'
-DRIFTING = (
-    '''
-from typing import Any, ClassVar, Literal
-
-import numpy as np
-from pydantic import NonNegativeFloat
-
-from escort_mj.plugins import Memory, Sensor, Values
-
-
-class Drifting(Sensor):
-    """Its error drifts, and it shows what was a step before."""
-
-'''
-    + NAME
-    + '''    drift: NonNegativeFloat = 0.1
-    """Standard deviation of the bias after one second [1/s^0.5]."""
-    bias: ClassVar[Memory] = Memory("m", "error")
-    before: ClassVar[Memory] = Memory("m", "error a step before")
-
-    def shows(self, r: Values) -> Any:
-        """Return the measured value."""
-        return r.truth + r.before
-
-    def bias_next(self, r: Values) -> Any:
-        """Return the bias a step later."""
-        return r.bias + self.drift * np.sqrt(r.timestep) * np.where(r.draw < 0.5, r.normal, r.second_normal)
-
-    def before_next(self, r: Values) -> Any:
-        """Return the bias."""
-        return r.bias
-'''
-)
 
 
 def flown(folder: Path, text: str, *changes: str) -> Run:
@@ -130,43 +88,6 @@ def test_what_ships_is_a_plugin_with_the_same_text(compiled: None, tmp_path: Pat
 def test_it_passes_its_checks(compiled: None, hurried: None, tmp_path: Path) -> None:
     (tmp_path / "own.py").write_text(DRIFTING.replace(NAME, COMPILED))
     assert not [check for check in check_plugin(str(tmp_path / "own.py")) if not check.held]
-
-
-@pytest.mark.parametrize(
-    ("change", "form", "said"),
-    [
-        (("return r.truth + r.before", "return None"), NAME, r"own.py:\d+: TypeError: shows returned None"),
-        (
-            ("return r.truth + r.before", "return r.truth / (r.time < 0.5)"),
-            COMPILED,
-            r"own.py:\d+: Drifting gave robot 1 a measurement that is not a finite number",
-        ),
-        (("        return r.bias\n", "        return 1 // 0\n"), NAME, r"own.py:\d+: ZeroDivisionError"),
-    ],
-    ids=["nothing", "infinite", "raises"],
-)
-def test_what_it_does_wrong_ends_the_run_with_its_place(
-    compiled: None, tmp_path: Path, change: tuple[str, str], form: str, said: str
-) -> None:
-    found = flown(tmp_path, DRIFTING.replace(*change).replace(NAME, form))
-    assert found.outcome is Outcome.FAILED
-    assert re.search(said, found.message), found.message
-
-
-@pytest.mark.parametrize(
-    ("change", "said"),
-    [
-        (("def shows", "def show"), 'has no shows(self, r); did you mean "show"?'),
-        (("def bias_next", "def bias_nxt"), "has no bias_next(self, r)"),
-        ((NAME, NAME + MEASURES.format("place")), "found measures = ('place',)"),
-        ((NAME, NAME + MEASURES.format("velocity")), 'found "own"; allowed are plain'),
-    ],
-)
-def test_a_wrong_one_is_one_message(tmp_path: Path, change: tuple[str, str], said: str) -> None:
-    assert change[0] in DRIFTING
-    with pytest.raises((PluginError, ScenarioError)) as caught:
-        flown(tmp_path, DRIFTING.replace(*change))
-    assert said in str(caught.value)
 
 
 def test_robots_without_a_heading_cannot_measure_it(tmp_path: Path) -> None:

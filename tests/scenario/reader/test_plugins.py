@@ -1,18 +1,16 @@
 """Plugins in scenarios: found, loaded, checked, and what messages say of wrong ones."""
 
 import pickle
-import re
 
 import pytest
 
 from escort_mj.components.parameters import description_of
 from escort_mj.errors import PluginError, ScenarioError
-from escort_mj.laws.law import Law
 from escort_mj.scenario import Scenario, dump_scenario, json_schema, load_file, parse_scenario
 from escort_mj.scenario.reader.catalog import catalog_of, scenario_type_with
 from escort_mj.scenario.reader.handbook import handbook
 from escort_mj.scenario.reader.plugins import GROUP
-from tests.plugged import COMPILED, LAW, SCENARIO
+from tests.plugged import LAW, SCENARIO
 
 
 @pytest.fixture
@@ -118,41 +116,6 @@ class TestSchema:
 
 
 class TestWrongPlugins:
-    @pytest.mark.parametrize(
-        ("change", "said"),
-        [
-            (("def force(", "def forse("), 'has no force(self, r)'),
-            (("def force(", "def forse("), 'did you mean "forse"?'),
-            (("force(self, r: Values", "force(self"), "takes (self); it is called with (self, r)"),
-            (('Literal["pid"] = "pid"', 'str = "pid"'), "does not say its name; give it the line"),
-            (('["pid"] = "pid"', '["Pid!"] = "Pid!"'), "found the name 'Pid!'"),
-            (('["pid"] = "pid"', '["asmc"] = "asmc"'), "the law asmc is there already, in escort_mj itself"),
-            (("class Pid(Law)", "class Pid(Values)"), "brings nothing: no class derives from"),
-            (("    law: L", "    method: ClassVar[str] = 'x'\n    law: L"), "found method = 'x'; it is not"),
-            (("    law: L", "    compiled: ClassVar[bool] = 'yes'\n    law: L"), "found compiled = 'yes' ("),
-            (("    law: L", "    needs_model = 1\n    law: L"), "found needs_model = 1 (line 14); expected"),
-            (("    law: L", "    title = 3\n    law: L"), "found title = 3 (line 14); expected a text"),
-            (("float = 1e9", "list[float] = []"), "fails_at: found list[float]; a parameter of a law"),
-            (("    law: L", "    compield: ClassVar[bool] = True\n    law: L"), 'did you mean "compiled"?'),
-            (("    def force", "    def __init__(self): ...\n    def force"), "found __init__ (line 24)"),
-            (("def rho_hat_rate(self, r: Values)", "def rho_hat_rate(self)"), "takes (self); it is"),
-            (("fails_at: float = 1e9", "fails_at: float"), "the parameter fails_at has no default"),
-            (("float = 1e9", 'float = "x"'), "fails_at (line 21): found the default 'x'; input should be"),
-            (("from pydantic", "from pidan"), "own_law.py:6: ModuleNotFoundError: No module named 'pidan'"),
-            (("class Pid(Law):", "class Pid(Law:"), "own_law.py:11:"),
-            (("class Pid(Law):", "class Pid(Law:"), "this is not Python"),
-            (('"""PD with an estimate."""', "raise SystemExit(3)"), "own_law.py:2: SystemExit: 3"),
-            (('"""PD with an estimate."""', "1 / 0"), "own_law.py:2: ZeroDivisionError: division by zero"),
-        ],
-    )  # fmt: skip
-    def test_is_one_message_with_its_place(self, folder, change, said):
-        assert LAW.count(change[0]) >= 1
-        message = fault(folder, law=LAW.replace(*change))
-        assert said in message
-        assert message.startswith(f"{folder}/own.yaml:5:")
-        assert ": plugins" in message
-        assert "\n" not in message
-
     def test_a_file_that_is_not_there(self, folder):
         message = fault(folder, SCENARIO.replace("own_law.py", "own_lav.py"))
         assert "there is no such file" in message
@@ -188,80 +151,3 @@ class TestWrongPlugins:
     def test_what_names_no_plugin(self, folder, written):
         message = fault(folder, SCENARIO.replace("[own_law.py]", written))
         assert "expected a Python file" in message
-
-    def test_numba_says_where_it_cannot_compile(self, folder):
-        broken = LAW.replace("* r.s", "* r.sigma") + COMPILED
-        (folder / "own_law.py").write_text(broken)
-        law = load_file(folder / "own.yaml").controller
-        from escort_mj.control.custom.native import ready
-
-        assert isinstance(law, Law)
-        line = 1 + broken[: broken.index("r.sigma")].count("\n")
-        with pytest.raises(
-            PluginError, match=rf"own_law.py:{line}: numba cannot compile the law Pid: .*sigma"
-        ):
-            ready(type(law), 2)
-
-    @pytest.mark.parametrize(
-        ("written", "said"),
-        [
-            ("r.rho_hatt", '"rho_hatt" is nothing that can be read here; .*; did you mean "rho_hat"?'),
-            ("self.integral_gian * r.e", '"integral_gian" is nothing .*; did you mean "integral_gain"?'),
-            ("r.bias", '"bias" is given to what has the line needs_model: '),
-            ("np.exp(r.e)", "there is no exp of what it is given"),
-            ("np.linalg.norm(r.e)", "there is no norm of what it is given"),
-            ("(r.e if r.e > 0.0 else r.s)", "if, and, or and not take numbers"),
-        ],
-    )
-    def test_what_cannot_be_compiled_is_told_in_words_of_equations(self, folder, written, said):
-        whole = LAW.replace("from pydantic", "import numpy as np\nfrom pydantic", 1) + COMPILED
-        broken = whole.replace("r.rho_hat +", f"{written} +", 1)
-        assert broken != whole
-        (folder / "own_law.py").write_text(broken)
-        law = load_file(folder / "own.yaml").controller
-        from escort_mj.control.custom.native import ready
-
-        line = 1 + broken[: broken.index(written)].count("\n")
-        with pytest.raises(
-            PluginError, match=rf"own_law.py:{line}: numba cannot compile the law Pid: {said}"
-        ):
-            ready(type(law), 2)
-
-    @pytest.mark.parametrize(
-        ("more", "said"),
-        [
-            ('    z: ClassVar[Memory] = Memory("N", "own")\n', r"z \(line \d+\) has no z_rate\(self, r\)"),
-            (
-                "    z: ClassVar[Memory] = Memory(3, None)\n",
-                r"found z = Memory\(unit=3, meaning=None, .*\) \(line \d+\); expected its unit and its",
-            ),
-            ('    z: ClassVar[Memory] = Memory("N", " ")\n', "expected its unit and its meaning in words"),
-            ("    def z_rate(self, r):\n        return 0.0\n", r"nothing integrates z_rate \(line \d+\)"),
-            ("    def force_kernel(self, r):\n        pass\n", r"found force_kernel \(line \d+\); expected"),
-            (
-                "    def acceleration(self, r):\n        return r.e\n",
-                r"acceleration \(line \d+\); .*needs_model",
-            ),
-            (
-                '    s: ClassVar[Memory] = Memory("N", "own")\n    def s_rate(s, r):\n        return r.s\n',
-                "s is a value that laws read",
-            ),
-        ],
-    )
-    def test_equations_that_do_not_belong_together(self, folder, more, said):
-        law = LAW.replace("import Law", "import Law, Memory", 1) + "\n" + more
-        assert re.search(said, fault(folder, law=law))
-
-    def test_an_import_in_a_kernel(self, folder):
-        importing = (
-            LAW.replace("        return self.int", "        import math\n        return self.int") + COMPILED
-        )
-        (folder / "own_law.py").write_text(importing)
-        law = load_file(folder / "own.yaml").controller
-        from escort_mj.control.custom.native import ready
-
-        line = 1 + importing[: importing.index("import math")].count("\n")
-        with pytest.raises(
-            PluginError, match=rf"own_law.py:{line}: numba cannot compile the law Pid: it cannot import"
-        ):
-            ready(type(law), 2)
