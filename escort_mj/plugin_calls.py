@@ -67,7 +67,10 @@ _UNANNOUNCED = (
     (_thread, "start_new_thread", "starts a thread"),
 )
 """What it does not announce."""
-_LIBRARIES = ("builtins", "json", "math", "numpy", "numpy.linalg", "os", "sys", "time", "warnings")
+_LIBRARIES = (
+    *("builtins", "json", "math", "numpy", "numpy.linalg", "numpy.random"),
+    *("os", "random", "signal", "sys", "time", "warnings"),
+)
 _SIGNALS = sorted(int(number) for number in signal.valid_signals() if number < 32)
 _exit = os._exit
 
@@ -366,6 +369,7 @@ class _Shared:
 
     def changed(self) -> str:
         """What the plugin changed, in words, put right again; empty for nothing."""
+        replaced = self._put_back()  # what follows calls functions of these modules
         found = []
         if _streams() != self._now:
             found.append("replaces a standard stream")
@@ -408,11 +412,17 @@ class _Shared:
         if self._modules is not None and (gone := self._modules.keys() - sys.modules.keys()):
             found.append("takes modules away")
             sys.modules.update({name: self._modules[name] for name in gone})
+        found += replaced
+        return f"a plugin must not do this: it {found[0]}" if found else ""
+
+    def _put_back(self) -> list[str]:
+        """Members of modules that are others now, in words, put right again."""
+        found = []
         for module, before in self._members:
             for name, value in _replaced(before, vars(module)):
                 found.append(f"replaces {module.__name__}.{name}")
                 setattr(module, name, value)
-        return f"a plugin must not do this: it {found[0]}" if found else ""
+        return found
 
     def _changed_signals(self) -> Iterator[str]:
         """Handlers and timers of signals that are others now, put right again."""

@@ -285,6 +285,9 @@ def test_each_once_under_a_label_of_its_own(check, tmp_path: Path, monkeypatch) 
     (tmp_path / "other" / "good.yaml").write_text(BODY + "  []\n")
     labels = [case.label for case in api.cases(["../s/good.yaml", "../other/good.yaml", "../empty"])]
     assert labels[:2] == ["good", "good-2"]
+    (tmp_path / "loop.yaml").symlink_to("loop.yaml")
+    for none in (tmp_path / "loop.yaml", "x" * 300):
+        assert api.cases([none])[0].label
     (empty,) = api.cases([tmp_path / "there"])
     assert "holds no scenario" in empty.fault
 

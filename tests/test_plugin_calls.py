@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from escort_mj import load_scenario
-from escort_mj.errors import PluginError
+from escort_mj.errors import PluginError, UsageError
 from escort_mj.expect.verdicts import judge
 from escort_mj.expectations.expectation import Judgment, Windowed
 from escort_mj.metrics.measure import Measure
@@ -94,6 +94,14 @@ class TestMetrics:
         assert found.broken and found.value is None
         assert found.reason.startswith(f"{__file__}:")
         assert words in found.reason
+
+    @pytest.mark.parametrize(
+        "about", [{"grows": "x"}, {"of_team": 5}, {"watched": None}, {"moment": 1}, {"dear": 5}], ids=str
+    )
+    def test_what_it_says_of_itself_is_a_flag(self, about):
+        (name,) = about
+        with pytest.raises(UsageError, match=rf"@metric\({name}=.*\): expected (True or False|a function)"):
+            measured(1.0, **about)
 
     def test_above_its_own_most(self):
         assert "at least 0 and at most 1" in measured(1.5, most=1.0).reason
@@ -197,6 +205,24 @@ class Own(RobotKind):
             PluginError, match=rf"^{tmp_path}/own.py: the kind own: its MJCF cannot be read: "
         ):
             build(load_scenario(scenario))
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "np.zeros = 5",
+        "np.random.get_state = 5",
+        "random.getstate = 5",
+        "Law.force = 5",
+    ],
+)
+def test_what_a_plugin_replaces_while_it_is_loaded_is_put_right_again(tmp_path, line):
+    """Though it is looked for with functions of the same modules."""
+    (tmp_path / "own.py").write_text(f"import random\nfrom escort_mj.plugins import Law\n{METRIC}\n{line}\n")
+    with pytest.raises(PluginError, match=f"it replaces .*{line.partition(' ')[0].rpartition('.')[2]}"):
+        load_plugin(source_of("own.py", tmp_path))
+    (tmp_path / "good.py").write_text(METRIC)
+    load_plugin(source_of("good.py", tmp_path))
 
 
 @pytest.mark.parametrize("line", ["builtins.len = lambda x: 0", "del builtins.print", "builtins.open = 3"])

@@ -62,7 +62,7 @@ def cases(
     Returns:
         Each scenario once per seed, with a label that no other has.
     """
-    found: dict[Path, Case] = {}
+    found: dict[str, Case] = {}
     labels: set[str] = set()
     for given in (os.fspath(path) for path in paths):
         fault, files = "", [Path(given)]
@@ -76,11 +76,9 @@ def cases(
             number = 2
             while label in labels:
                 label, number = f"{_label(path)}-{number}", number + 1
-            if path.resolve() not in found:
+            if (place := os.path.realpath(path)) not in found:
                 labels.add(label)
-                found[path.resolve()] = Case(
-                    path, label, fault, tuple(overrides), tuple(plugins), repeat=repeat
-                )
+                found[place] = Case(path, label, fault, tuple(overrides), tuple(plugins), repeat=repeat)
     return with_seeds(list(found.values()), seeds)
 
 
@@ -88,7 +86,7 @@ def _label(path: Path) -> str:
     """What to call a file or folder: its path from here, or its name where it lies elsewhere."""
     here = Path(os.path.relpath(path))
     if ".." in here.parts or not here.name:
-        here = Path(path.resolve().name or "root")
+        here = Path(os.path.basename(os.path.realpath(path)) or "root")
     return here.as_posix() if os.path.isdir(path) else here.with_suffix("").as_posix()
 
 

@@ -46,6 +46,9 @@ app = typer.Typer(
 # What the system says where a disk is full, may not be written, or fails.
 DISK = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS, errno.EIO)
 
+# What it says of a path that no file can have, wherever that is looked for.
+NO_PATH = (errno.ENAMETOOLONG, errno.ELOOP)
+
 GOOD, VERDICT_FAILED, BAD_INPUT, BROKEN = 0, 1, 2, 3
 
 
@@ -227,6 +230,11 @@ def run_program() -> None:
             name = error.filename or "a temporary file"
             say(f"escort-mj: {name}: cannot be written: {error.strerror}", err=True)
             sys.exit(BROKEN)
+        if isinstance(error, OSError) and error.errno in NO_PATH:
+            from escort_mj.scenario.findings import shortened
+
+            say(f"escort-mj: {shortened(error.filename)}: {error.strerror}", err=True)
+            sys.exit(BAD_INPUT)
         if OUTPUT.verbose or os.environ.get("ESCORT_MJ_TRACEBACK"):
             raise
         say(f"escort-mj: the program broke: {type(error).__name__}: {error}", err=True)

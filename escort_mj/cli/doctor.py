@@ -117,7 +117,7 @@ def _kernels() -> Examined:
 
 def _output(folder: Path) -> Examined:
     """Whether runs can be written."""
-    there = next(path for path in (folder, *folder.resolve().parents) if path.is_dir())
+    there = next(path for path in (folder, *Path(os.path.realpath(folder)).parents) if path.is_dir())
     if not os.access(there, os.W_OK | os.X_OK):
         return Examined("output", BAD, f"{there} cannot be written", "run elsewhere, or give --out")
     free = shutil.disk_usage(there).free

@@ -259,6 +259,12 @@ def metric(
     for name, bound in {"least": least, "most": most, "rank": rank}.items():
         if not isinstance(bound, int | float) or math.isnan(bound):
             raise UsageError(f"@metric({name}={bound!r}): expected a number")
+    flags = {"grows": grows, "watched": watched, "more_is_better": more_is_better, "of_team": of_team}
+    for name, flag in (flags | {"every_step": every_step, "moment": moment}).items():
+        if not isinstance(flag, bool):
+            raise UsageError(f"@metric({name}={flag!r}): expected True or False")
+    if dear is not None and not callable(dear):
+        raise UsageError(f"@metric(dear={dear!r}): expected a function of a trace")
     if not isinstance(unit, str) or not unit:
         raise UsageError(f'@metric(unit={unit!r}): expected a unit, such as "m", or "1" for none')
     if least > most:

@@ -49,7 +49,7 @@ def parse_key_path(text: str) -> Path | None:
 
 def did_you_mean(word: str, names: Iterable[str], cutoff: float = 0.55) -> str:
     """`; did you mean "x"?` with the allowed name most like the word, or nothing if none is like it."""
-    by_lower = {name.lower(): name for name in names}
+    by_lower = {name.lower(): name for name in names if name != word}
     close = difflib.get_close_matches(word.lower()[:80], by_lower, n=1, cutoff=cutoff)
     return f'; did you mean "{by_lower[close[0]]}"?' if close else ""
 

@@ -206,6 +206,10 @@ def _check_equations(model: type[Equations], place: str) -> None:
         raise PluginError(f"{place}: found memories; expected one line for each, such as {words}")
     if getattr(model, model.method) is getattr(base, model.method):
         raise PluginError(f"{place}: has no {model.method}(self, r){did_you_mean(model.method, own)}")
+    for memory, kind in inspect.get_annotations(model).items():
+        if re.search(r"\bMemory\b", str(kind)) and memory not in model.memories():
+            words = f'{memory}: ClassVar[Memory] = Memory("unit", "meaning")'
+            raise PluginError(f"{place}: {memory}{_line_of(model, memory)} keeps nothing; expected {words}")
     for memory in model.memories():
         unit, meaning, truth, is_vector = getattr(model, memory)
         if not all(isinstance(part, str) and part.strip() for part in (unit, meaning)):

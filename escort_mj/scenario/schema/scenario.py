@@ -144,7 +144,7 @@ class Uncertainty(Parameters):
 class Recording(Parameters):
     """Recorded data."""
 
-    rate: PositiveFloat = 50.0
+    rate: Annotated[float, Field(ge=1e-3)] = 50.0
     """Samples per simulated second [1/s]; the interval must be a whole number of physics steps."""
     truth: bool = False
     """Whether to record the truth channel, which the law does not use: mass matrix, bias and external force,

@@ -133,7 +133,7 @@ def check_size(file: StudyFile, out: Path) -> None:
         UsageError: If more runs are missing than the study's own `at_most` allows.
     """
     known = 0
-    if (out / FILE).is_file():
+    if os.path.isfile(out / FILE):
         with Store(out) as store:
             known = len(store.known())
     _refuse_many(file, cells_of(file.study) * file.study.seeds - known)

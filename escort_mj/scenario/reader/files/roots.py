@@ -57,7 +57,7 @@ def take_root(data: dict[str, Any], folder: FilePath) -> tuple[dict[str, Any], R
         words = f"found {shown(written)}; expected the path of a folder, such as .."
     elif written == HERE:
         return data, Roots(folder, folder), []
-    elif written and (root := folder / written).is_dir():
+    elif written and os.path.isdir(root := folder / written):
         return data | {KEY: HERE}, Roots(folder, root), []
     else:
         words = f"found {shown(written)}; there is no such folder, seen from the scenario's"

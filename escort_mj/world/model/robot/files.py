@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import os
 import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 from typing import NamedTuple
@@ -71,7 +72,7 @@ def _content(file: Path, source: Source, most: int, written: str) -> bytes:
     where = source.name or source.file
     if written != where:
         where += f": {shortened(written)}"
-    if source.folder and not file.resolve().is_relative_to(Path(source.folder).resolve()):
+    if source.folder and not Path(os.path.realpath(file)).is_relative_to(os.path.realpath(source.folder)):
         raise OutsideError(where, file)
     if kind := irregular(file):
         raise RobotError(f"{where}: is {kind}, not a file")
