@@ -1,4 +1,4 @@
-"""Wrong inputs in files beside the tests: each with words of the one error that it must raise.
+"""Missions, and wrong inputs, in files beside the tests: these with words of the one error that they raise.
 
 A file is a list of tables; before it may stand a text with which each input begins, or that it changes.
 In the words of an error, `...` stands for any others.
@@ -20,6 +20,13 @@ def documents(path: Path) -> list[Any]:
 def read(path: Path) -> Any:
     """Return what a file holds; the last document, where a text stands before it."""
     return documents(path)[-1]
+
+
+def missions(test: str) -> dict[str, Any]:
+    """Return the missions of a test, by their names, from `missions.yaml` beside it."""
+    path = Path(test)
+    found: dict[str, Any] = read(path.with_name("missions.yaml"))[path.stem.removeprefix("test_")]
+    return found
 
 
 def wrong(folder: Path) -> list[Any]:

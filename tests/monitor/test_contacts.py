@@ -16,6 +16,7 @@ from escort_mj.monitor.signals import (
 )
 from escort_mj.world.callback import native_loop
 from escort_mj.world.plant import Plant
+from tests.corpus import missions
 from tests.world.episodes import both, told
 
 HEAD_ON = {"robots": {"positions": [[-1.0, 0.0], [1.0, 0.05]], "mass": 2.0}, "obstacles": []}
@@ -30,14 +31,7 @@ INTO_TARGET = {
     "target": {"position": ["0.1*t", 0.0], "radius": 0.5},
     "mission": {"radius": 0.2, "behaviors": ["surface"]},
 }
-CROWD = {
-    "axes": 3,
-    "seed": 4,
-    "robots": {"count": 9, "placement": {"within": 2.0, "least_gap": 0.05}, "radius": 0.25},
-    "mission": {"radius": 0.3, "behaviors": ["surface"]},
-    "target": {"radius": 0.2},
-    "physics": {"solver": "cg"},
-}
+MISSIONS = missions(__file__)
 ROLLING = {
     "robots": {"kind": "rolling_sphere", "positions": [[3.0, 0.1], [0.0, 6.0]], "radius": 0.3},
     "obstacles": [{"position": [1.5, 0.0], "radius": 0.3}],
@@ -49,19 +43,6 @@ INTO_WALL = {
     "target": {"position": [0.0, 0.0]},
     "mission": {"radius": 1.0, "behaviors": ["surface"]},
 }
-PUSHED = {  # a box that comes along, and a target with mass of its own
-    "axes": 3,
-    "robots": {"positions": [[3.0, 0.0, 0.0], [-3.0, 0.0, 0.0]]},
-    "obstacles": [
-        {
-            "shape": "box",
-            "size": [0.3, 0.3, 0.3],
-            "motion": {"position": ["5-2*t", 0.05, 0.0]},
-        }
-    ],
-    "target": {"position": [0.0, 0.0, 0.0], "body": {"mass": 5.0}},
-    "mission": {"radius": 0.45, "behaviors": ["surface"]},
-}
 
 
 @pytest.mark.crossed
@@ -71,10 +52,10 @@ PUSHED = {  # a box that comes along, and a target with mass of its own
         (HEAD_ON, 600, 1),
         (INTO_OBSTACLE, 1500, 2),
         (INTO_TARGET, 1500, 2),
-        (CROWD, 1500, 20),
+        (MISSIONS["crowd"], 1500, 20),
         (ROLLING, 2500, 3),
         (INTO_WALL, 1500, 1),
-        (PUSHED, 1500, 2),
+        (MISSIONS["pushed"], 1500, 2),
     ],
     ids=["head_on", "into_obstacle", "into_target", "crowd", "rolling", "into_wall", "pushed"],
 )

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from escort_mj.monitor.signals import CAUSES
+from tests.corpus import missions
 
 STARTS = [[5, 10], [-5, 5], [-5, -5], [5, -10], [5, 0]]
 QUIET = {
@@ -12,13 +13,7 @@ QUIET = {
     "target": {"position": ["3+0.1*t", 0]},
     "recording": {"truth": True},
 }
-NOISY = QUIET | {
-    "robots": {"positions": STARTS, "force_limit": 3.0, "mass": 1.6},
-    "obstacles": [{"position": [4.5, 0.5]}],
-    "sensing": {"position": {"noise": 0.02}, "velocity": {"noise": 0.01}},
-    "uncertainty": {"disturbance": ["0.5*sin(t)", 0.1]},
-    "physics": {"gravity": [0.4, 0, 0]},
-}
+MISSIONS = missions(__file__)
 LAWS = {
     "apd_smc": {"slope": 20.0, "kp": 30.0, "kd": 50.0, "k": 1.0, "mu": 20.0},
     "asmc": {"slope": 20.0, "kp": 0.0, "kd": 0.0, "k": 80.0, "mu": 20.0},
@@ -75,7 +70,7 @@ def twin(r: dict[str, np.ndarray], mass: float, slope: float, kp: float, kd: flo
 
 @pytest.mark.parametrize("law", LAWS)
 def test_every_cause_computed_again(law: str, make_world, record_steps) -> None:
-    world = make_world(**NOISY, controller=law)
+    world = make_world(**MISSIONS["noisy"], controller=law)
     record = record_steps(world, 800)
     v1, rho, change = twin(record, mass=1.6, **LAWS[law])
     size = np.abs(v1).max()
@@ -116,7 +111,7 @@ def test_it_falls_at_every_step_once_the_reference_is_accounted_for(make_world, 
 
 @pytest.mark.parametrize("law", ["pd", "computed_torque", "super_twisting"])
 def test_a_law_of_another_family_has_truth_but_no_lyapunov_function(law, make_world, record_steps) -> None:
-    world = make_world(**NOISY, controller=law)
+    world = make_world(**MISSIONS["noisy"], controller=law)
     record = record_steps(world, 200)
     assert "lyapunov" not in record and "lyapunov_change" not in record
     e_dot = record["v_d"] - record["v"]

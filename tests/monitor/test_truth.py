@@ -9,31 +9,16 @@ from escort_mj.signals import TRUTH as TRUTH_CHANNEL
 from escort_mj.world.callback import native_loop
 from escort_mj.world.model.build import World
 from escort_mj.world.plant import Plant
+from tests.corpus import missions
 
 POSITIONS = [[5, 10], [-5, 5], [-5, -5], [5, -10], [5, 0]]
-LOUD = {
-    "seed": 3,
-    "robots": {"positions": POSITIONS, "overrides": [{"robot": 2, "mass": 2.5}]},
-    "obstacles": [{"position": [4.5, 0.5]}],
-    "mission": {"radius": 5.0},
-    "target": {"position": ["3+0.3*t", "sin(t)"]},
-    "sensing": {"position": {"noise": 0.02}, "velocity": {"noise": 0.01}},
-    "uncertainty": {"disturbance": ["0.5*sin(t)", 0.1]},
-}
-IN_SPACE = LOUD | {
-    "axes": 3,
-    "robots": {"positions": [[10, 1, 0], [1, 10, 0.3], [-10, 0, 1], [0, 0.5, -10]], "mass": 1.7},
-    "obstacles": [],
-    "target": {"position": [0, "0.1*t", 0]},
-    "uncertainty": {"disturbance": ["0.5*sin(t)", 0.1, 0.2]},
-    "physics": {"gravity": [0, 0, -9.81]},
-}
+MISSIONS = missions(__file__)
 ROLLING = {
     "robots": {"kind": "rolling_sphere", "positions": POSITIONS, "force_limit": 10},
     "mission": {"radius": 5.0},
 }
 TRUTH = {"recording": {"truth": True}}
-WORLDS = {"plane": LOUD, "space": IN_SPACE, "rolling": ROLLING}
+WORLDS = {"plane": MISSIONS["loud"], "space": MISSIONS["in_space"], "rolling": ROLLING}
 
 
 @pytest.fixture(params=WORLDS)
@@ -71,7 +56,7 @@ def test_mass_bias_and_external_force_are_mujocos(world) -> None:
 
 
 def test_the_disturbance_is_all_that_is_external_to_free_masses(make_world, record_steps) -> None:
-    record = record_steps(make_world(**LOUD, **TRUTH), 500)
+    record = record_steps(make_world(**MISSIONS["loud"], **TRUTH), 500)
     np.testing.assert_allclose(record["external_force"], record["disturbance"], rtol=0, atol=1e-12)
     assert np.abs(record["disturbance"]).max() > 0.1
 
@@ -108,7 +93,7 @@ def test_the_law_feels_nothing_of_the_truth(name, make_world, record_steps) -> N
 
 
 def test_forward_at_the_same_time_books_nothing(make_world, record_steps) -> None:
-    world = make_world(**LOUD, **TRUTH)
+    world = make_world(**MISSIONS["loud"], **TRUTH)
     plain = record_steps(world, 200)
     looked = record_steps(world, 200, after=lambda plant: mujoco.mj_forward(world.model, plant.data))
     for name in ("lyapunov", "lyapunov_change", "reference_torque"):

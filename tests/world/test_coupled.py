@@ -8,6 +8,7 @@ from escort_mj.errors import ScenarioError
 from escort_mj.robots.mjcf import Mjcf
 from escort_mj.robots.modeled import known
 from escort_mj.scenario.reader.load import load_file
+from tests.corpus import missions
 
 ROBOT = """\
 <mujoco>{assets}
@@ -27,33 +28,10 @@ ROBOT = """\
 </mujoco>
 """
 PARCEL, BALL = "parcel (0.5278 kg)", "x (4.189 kg)"
-COUPLED = {
-    "a weld": ('<weld name="grip" body1="base" body2="parcel"/>', f"the weld grip ties it to {PARCEL}"),
-    "a weld to a part of it": ('<weld body1="lid" body2="base"/>', f"the weld ties it to {PARCEL}"),
-    "a weld of sites": ('<weld site1="top" site2="ring"/>', f"the weld ties it to {PARCEL}"),
-    "a ball joint": (
-        '<connect body1="base" body2="parcel" anchor="0 0 0"/>',
-        f"the connect ties it to {PARCEL}",
-    ),
-    "a body called as a joint of it": ('<weld body1="base" body2="x"/>', f"the weld ties it to {BALL}"),
-    "a mocap body": ('<weld body1="hand" body2="base"/>', "the weld ties it to hand (0 kg)"),
-    "the world": ('<weld body1="base"/>', "the weld ties it to the world"),
-    "joints": ('<joint joint1="x" joint2="hinge"/>', f"the coupling of joints ties it to {PARCEL}"),
-    "two, one behind the other": (
-        '<weld body1="base" body2="parcel"/><connect body1="x" body2="parcel" anchor="0 0 0"/>',
-        f"the weld ties it to {PARCEL}; the connect ties it to {BALL}",
-    ),
-}
+MISSIONS = missions(__file__)
 TENDONS = {
     "a spring": ('<site site="top"/><site site="ring"/>', f"the tendon ties it to {PARCEL}"),
     "a tether": ('<site site="hook"/><site site="top"/>', "the tendon ties it to the world"),
-}
-APART = {
-    "nothing": "",
-    "a weld of others": '<equality><weld body1="x" body2="parcel"/></equality>',
-    "a weld that is off": '<equality><weld body1="base" body2="parcel" active="false"/></equality>',
-    "its own joints": '<equality><joint joint1="x" joint2="y"/></equality>',
-    "contacts": '<contact><exclude body1="base" body2="parcel"/></contact>',
 }
 
 
@@ -70,9 +48,9 @@ def refusal(tmp_path: Path, **parts: str) -> str:
     return ""
 
 
-@pytest.mark.parametrize("case", COUPLED)
+@pytest.mark.parametrize("case", MISSIONS["coupled"])
 def test_what_a_robot_is_coupled_to_is_named(tmp_path: Path, case: str) -> None:
-    equality, words = COUPLED[case]
+    equality, words = MISSIONS["coupled"][case]
     said = refusal(tmp_path, rest=f"<equality>{equality}</equality>")
     assert said.startswith(f"r.xml: {words}. A mission takes the body base with all in it"), said
 
@@ -84,9 +62,9 @@ def test_so_is_what_a_tendon_leads_to(tmp_path: Path, case: str) -> None:
     assert refusal(tmp_path, rest=rest).startswith(f"r.xml: {words}. ")
 
 
-@pytest.mark.parametrize("case", APART)
+@pytest.mark.parametrize("case", MISSIONS["apart"])
 def test_what_lies_beside_it_is_left(tmp_path: Path, case: str) -> None:
-    assert refusal(tmp_path, rest=APART[case]) == ""
+    assert refusal(tmp_path, rest=MISSIONS["apart"][case]) == ""
 
 
 def test_a_payload_in_the_base_is_taken(tmp_path: Path) -> None:

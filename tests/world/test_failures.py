@@ -12,21 +12,15 @@ from escort_mj.scenario import load_file
 from escort_mj.scenario.schema.scenario import Scenario
 from escort_mj.world.callback import native_loop
 from escort_mj.world.plant import Plant
+from tests.corpus import missions
 
 SCENARIO = Path(__file__).parents[2] / "scenarios" / "one_of_six_fails.yaml"
-PLANAR = {
-    "seed": 4,
-    "duration": 3.0,
-    "robots": {"positions": [[7, 1], [-2, 8], [-6, -5], [3, -9], [8, -4]]},
-    "mission": {"radius": 3.0, "max_speed": 2.0},
-    "sensing": {"position": {"noise": 0.02}, "velocity": {"noise": 0.01}},
-    "uncertainty": {"disturbance": [0.4, 0.1]},
-}
+MISSIONS = missions(__file__)
 
 
 def failing(*failures: dict, **keys: object) -> dict:
     """The planar mission with failures."""
-    return {**PLANAR, **keys, "robots": {**PLANAR["robots"], "failures": failures}}
+    return {**MISSIONS["planar"], **keys, "robots": {**MISSIONS["planar"]["robots"], "failures": failures}}
 
 
 def forces(record: dict[str, np.ndarray], robot: int) -> np.ndarray:
@@ -80,7 +74,7 @@ def test_a_failure_changes_nothing_before_it(make_world, record_steps, kind: str
     for name, values in later.items():
         np.testing.assert_array_equal(values[early], failed[name][early], err_msg=name)
     assert (later["q"][-1] != failed["q"][-1]).any()
-    whole = record_steps(make_world(**PLANAR), 600)
+    whole = record_steps(make_world(**MISSIONS["planar"]), 600)
     np.testing.assert_allclose(failed["q"][early], whole["q"][early], rtol=0.0, atol=1e-12)
 
 

@@ -22,17 +22,11 @@ from escort_mj.scenario.schema.scenario import Scenario
 from escort_mj.world.callback import native_loop
 from escort_mj.world.model.build import World, build
 from escort_mj.world.plant import Plant
+from tests.corpus import missions
 from tests.world.episodes import told
 
 DT, R = 0.002, 0.3
-VIOLENT = {
-    "shaken": {"position": ["2*cos(2*pi*50*t)", "1"]},
-    "thrown": {"position": ["4*tanh(1000*(t-0.1))", "t"]},
-    "bent": {
-        "waypoints": [{"time": 0, "position": [0, 0]}, {"time": 0.1, "position": [9, 0]},
-                      {"time": 0.11, "position": [9, 9]}],
-    },
-}  # fmt: skip
+MISSIONS = missions(__file__)
 
 
 def mission(target: dict, axes: int = 2, **keys) -> Scenario:
@@ -48,7 +42,7 @@ def mission(target: dict, axes: int = 2, **keys) -> Scenario:
     )
 
 
-@pytest.mark.parametrize("target", VIOLENT.values(), ids=list(VIOLENT))
+@pytest.mark.parametrize("target", MISSIONS["violent"].values(), ids=list(MISSIONS["violent"]))
 def test_mujoco_has_it_where_the_law_has_it_at_every_step(target: dict, compiled: None) -> None:
     world = build(mission(target))
     fastest, before = 0.0, None

@@ -12,21 +12,14 @@ from escort_mj.world.callback import native_loop
 from escort_mj.world.loop.library import library
 from escort_mj.world.model.build import World
 from escort_mj.world.plant import Plant
+from tests.corpus import missions
 
-MISSION = {
-    "seed": 5,
-    "robots": {"positions": [[7, 1], [-2, 8], [-6, -5], [3, -9], [8, -4]]},
-    "obstacles": [{"position": [4.5, 0.5]}, {"position": [-4, 6.5]}],
-    "mission": {"radius": 3.0, "max_speed": 2.0},
-    "target": {"position": ["0.3*t", "sin(t)"]},
-    "sensing": {"position": {"noise": 0.02}, "velocity": {"noise": 0.01}},
-    "uncertainty": {"disturbance": ["0.5*sin(t)", 0.1]},
-}
+MISSIONS = missions(__file__)
 
 
 @pytest.fixture(scope="module")
 def world(make_world) -> World:
-    return make_world(**MISSION)
+    return make_world(**MISSIONS["mission"])
 
 
 def bits(data: mujoco.MjData) -> tuple[bytes, ...]:

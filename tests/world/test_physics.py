@@ -3,6 +3,8 @@
 import numpy as np
 import pytest
 
+from tests.corpus import missions
+
 PUSH = 0.7
 
 
@@ -149,24 +151,13 @@ def test_refining_the_timestep_converges_at_first_order(make_world, record_steps
     assert orders == pytest.approx([1.0, 1.0], abs=0.15)
 
 
-BUSY = {
-    "seed": 3,
-    "robots": {
-        "positions": [[9.0, 0.5], [-2.0, 8.0], [-6.0, -5.0], [3.0, -9.0]],
-        "force_limit": 6.0,
-        "overrides": [{"robot": 3, "force_limit": 1e4}],
-    },
-    "obstacles": [{"position": [6.0, 0.0], "radius": 0.5}],
-    "mission": {"radius": 3.0, "behaviors": ["chords", "surface"]},
-    "sensing": {"position": {"noise": 0.02}, "velocity": {"noise": 0.01}},
-    "uncertainty": {"disturbance": [0.5, "sin(t)"]},
-}
+MISSIONS = missions(__file__)
 
 
 @pytest.fixture(scope="module")
 def busy(make_world, record_steps):
     """A mission with everything going on, recorded at every step, and its world."""
-    world = make_world(**BUSY, recording={"rate": 500})
+    world = make_world(**MISSIONS["busy"], recording={"rate": 500})
     assert world.schedule.stride == 1
     return world, record_steps(world, 2500)
 
@@ -254,7 +245,7 @@ def test_speeds_and_kinetic_energy_are_those_of_every_step(busy) -> None:
 def test_the_sampled_run_is_the_same_run(busy, make_world, record_steps) -> None:
     """At a tenth of the rate: the same signals, the worst of each ten steps, totals that miss nothing."""
     _, record = busy
-    sampled_world = make_world(**BUSY, recording={"rate": 50})
+    sampled_world = make_world(**MISSIONS["busy"], recording={"rate": 50})
     sampled = {name: values[::10] for name, values in record_steps(sampled_world, 2491).items()}
     for name in sampled:
         if name.endswith("clearance"):
@@ -278,7 +269,9 @@ def test_single_bodies_that_are_expected_have_clearances_of_their_own(make_world
         {"clearance": ["robot_1", "robot_2"], "at_least": 0.1},
         {"clearance": ["robots", "rock"], "at_least": 0.1},
     ]
-    keys = BUSY | {"obstacles": [*BUSY["obstacles"], {"position": [0.0, 6.0], "name": "rock"}]}
+    keys = MISSIONS["busy"] | {
+        "obstacles": [*MISSIONS["busy"]["obstacles"], {"position": [0.0, 6.0], "name": "rock"}]
+    }
     world = make_world(**keys, recording={"rate": 500}, expect=expect)
     watched = world.bodies.watched
     assert set(watched[4:]) == {"robot_2", "rock"}

@@ -8,92 +8,16 @@ from escort_mj.robots.quadrotor import Quadrotor
 from escort_mj.world.callback import native_loop
 from escort_mj.world.model.build import World
 from escort_mj.world.plant import Plant
+from tests.corpus import missions
 from tests.oracle.attitude import thrusts_for
 from tests.oracle.reference import ReferenceController, ReferenceSignals
 
 SENSING = {"position": {"noise": 0.02}, "velocity": {"noise": 0.01}}
-PLANAR = {
-    "seed": 11,
-    "robots": {"positions": [[9, 1], [-2, 8], [-6, -5], [3, -9], [8, -4]]},
-    "obstacles": [{"position": [5.5, 0.3]}, {"position": [-4, 6.5], "radius": 0.7}, {"position": [0, -6]}],
-    "mission": {"radius": 3.0, "max_speed": 2.0},
-    "target": {"position": ["0.4*t", "sin(0.5*t)"]},
-    "sensing": SENSING,
-    "uncertainty": {"disturbance": ["0.5*sin(0.5*t)", "0.5*sin(0.7*t)"]},
-}
-SPATIAL = {
-    "axes": 3,
-    "seed": 12,
-    "robots": {"positions": [[9, 1, 0], [1, 9, 0.3], [-9, 0, 1], [0, 0.5, -9], [0, -9, 0.3], [0, 0, 9]]},
-    "obstacles": [{"position": [7, 0.5, 0.2]}],
-    "mission": {"radius": 4.0},
-    "target": {"position": ["0.2*t", "sin(0.3*t)", "0.1*t"]},
-    "controller": {"law": "asmc"},
-    "sensing": SENSING,
-    "uncertainty": {"disturbance": ["0.5*sin(0.5*t)", "0.5*sin(0.7*t)", "0.5*cos(0.5*t)"]},
-}
-ROLLING = {
-    "seed": 13,
-    "robots": {"kind": "rolling_sphere", "positions": [[6, 1], [-2, 6], [-3, -5]]},
-    "obstacles": [{"position": [4.5, 0.6]}],
-    "mission": {"radius": 3.0, "max_speed": 1.0},
-    "sensing": SENSING,
-    "uncertainty": {"disturbance": [0.2, "0.1*sin(t)"]},
-}
-FOUR = {
-    "axes": 4,
-    "seed": 14,
-    "robots": {"count": 8, "placement": {"within": 8}},
-    "obstacles": [{"position": [2, 1, 0.2, -1]}],
-    "mission": {"radius": 4.0},
-    "target": {"position": ["0.2*t", "sin(0.3*t)", "0.1*t", "0.2*cos(t)"]},
-    "sensing": SENSING,
-    "uncertainty": {"disturbance": ["0.5*sin(0.5*t)", "0.5*sin(0.7*t)", 0.2, "0.5*cos(0.5*t)"]},
-}
+MISSIONS = missions(__file__)
 SENSORS = {"noise": 0.02, "bias": 0.05, "delay": 0.02, "dropout": 0.05, "resolution": 0.001}
-SEEING = PLANAR | {
-    "mission": {"radius": 3.0, "max_speed": 2.0, "behaviors": ["avoid_obstacles", "repulsion", "surface"]},
-    "sensing": {
-        "position": SENSORS,
-        "velocity": SENSORS | {"bias": [0.01, -0.02], "delay": 0.004},
-        "target_position": SENSORS | {"delay": 0.1},
-        "target_velocity": SENSORS | {"bias": 0.0},
-        "radius": {"robots": 4.0, "obstacles": 3.0},
-    },
-}
 
 SOFT = {"law": "apd_smc", "proportional_gain": 12, "derivative_gain": 12, "adaptation_rate": 6, "slope": 10}
 ACTUATORS = {"lag": 0.02, "dead_zone": 0.05, "gain_error": 0.1}
-MIXED = {
-    "axes": 3,
-    "seed": 15,
-    "robots": {
-        "positions": [[6, 1, 0], [-5, 6, 1], [-6, -5, 0], [0, 0, 7]],
-        "force_limit": 25,
-        "actuators": ACTUATORS,
-        "overrides": [
-            {"robot": 1, "kind": "quadrotor", "force_limit": 5},
-            {"robot": 2, "kind": {"kind": "slung", "payload": 0.4}},
-            {"robot": 3, "kind": {"kind": "quadrotor", "nominal_mass": 1.1}, "mass": 1.3, "force_limit": 6},
-        ],
-    },
-    "obstacles": [{"position": [4.0, 0.7, 0.2]}],
-    "mission": {"radius": 3.0, "max_speed": 2.0},
-    "controller": SOFT,
-    "uncertainty": {"disturbance": [0.2, "0.3*sin(t)", 0.1]},
-}
-FLYING = {
-    "seed": 16,
-    "robots": {
-        "kind": "quadrotor",
-        "force_limit": 5,
-        "positions": [[6, 1], [-2, 6], [-3, -5]],
-        "actuators": {"dead_zone": 0.02},
-    },
-    "obstacles": [{"position": [4.5, 0.6]}],
-    "mission": {"radius": 3.0, "max_speed": 1.0},
-    "controller": SOFT,
-}
 GRAVITY = (0.0, 0.0, -9.81)
 
 
@@ -171,14 +95,14 @@ def by_callback(world: World, data: mujoco.MjData, driver: Driver, steps: int) -
 @pytest.mark.parametrize(
     ("keys", "drive"),
     [
-        pytest.param(PLANAR, by_halves, id="planar_halves"),
-        pytest.param(PLANAR, by_callback, id="planar_callback", marks=pytest.mark.slow),
-        pytest.param(SPATIAL, by_callback, id="spatial_callback"),
-        pytest.param(ROLLING, by_halves, id="rolling_halves"),
-        pytest.param(FOUR, by_halves, id="four_halves"),
-        pytest.param(MIXED, by_halves, id="mixed_halves"),
-        pytest.param(FLYING, by_halves, id="flying_halves"),
-        pytest.param(SEEING, by_halves, id="sensors_halves"),
+        pytest.param(MISSIONS["planar"], by_halves, id="planar_halves"),
+        pytest.param(MISSIONS["planar"], by_callback, id="planar_callback", marks=pytest.mark.slow),
+        pytest.param(MISSIONS["spatial"], by_callback, id="spatial_callback"),
+        pytest.param(MISSIONS["rolling"], by_halves, id="rolling_halves"),
+        pytest.param(MISSIONS["four"], by_halves, id="four_halves"),
+        pytest.param(MISSIONS["mixed"], by_halves, id="mixed_halves"),
+        pytest.param(MISSIONS["flying"], by_halves, id="flying_halves"),
+        pytest.param(MISSIONS["seeing"], by_halves, id="sensors_halves"),
     ],
 )
 def test_many_steps_agree(keys: dict, drive, steps: int, make_world) -> None:

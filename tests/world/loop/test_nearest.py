@@ -12,52 +12,10 @@ from escort_mj.scenario.reader.dump import flow
 from escort_mj.world.callback import native_loop
 from escort_mj.world.model.build import World, build
 from escort_mj.world.plant import Plant
+from tests.corpus import missions
 from tests.oracle.reference import ReferenceController
 
-PLANAR = {
-    "duration": 20,
-    "seed": 5,
-    "robots": {"positions": [[5, 3], [-1, 5], [-5, 0], [-2, -5], [4, -4]]},
-    "target": {"position": ["0.5*t", "sin(0.5*t)"]},
-    "obstacles": [
-        {"position": [9, 3], "shape": "box", "size": [1, 0.3], "orientation": 0.5},
-        {"position": [9, -3.5], "shape": "capsule", "size": [0.3, 1.2], "orientation": [0, 1.5707963, 0.4]},
-        {"position": [3, 6.5], "radius": 0.6},
-        {"position": [-2, -8], "shape": "mesh", "vertices": [[-1, -1], [1, -1], [0, 1]]},
-        {"position": [12, 5], "shape": "cylinder", "size": [0.5]},
-        {"position": [0, 8], "shape": "ellipsoid", "size": [1.2, 0.5], "orientation": 2.0},
-    ],
-    "walls": [{"points": [[-10, -7], [20, -7], [20, 0]], "corridor": 2.5, "doors": [{"at": 12, "width": 3}]}],
-}
-SPATIAL = {
-    "axes": 3,
-    "duration": 20,
-    "robots": {"positions": [[9, 1, 0], [1, 9, 0.3], [-9, 0, 1], [0, 0.5, -9], [0, -9, 0.3], [0, 0, 9]]},
-    "target": {"position": ["0.4*t", "sin(0.3*t)", "0.1*t"]},
-    "mission": {"radius": 4.0},
-    "obstacles": [
-        {"position": [8, 3, 0], "shape": "box", "size": [0.4, 1, 0.3], "orientation": [0.3, 0.5, 1]},
-        {
-            "position": [3, -5, 2],
-            "shape": "ellipsoid",
-            "size": [0.4, 1, 0.6],
-            "orientation": [1, 0.5, 0.2, 0.1],
-        },
-        {"position": [-4, 4, 1], "shape": "cylinder", "size": [0.4, 1], "orientation": [1.2, 0, 0]},
-        {
-            "position": [7, 0, 5],
-            "shape": "mesh",
-            "vertices": [[-1, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [0.5, 0.5, 1]],
-        },
-    ],
-    "walls": [
-        {
-            "points": [[-3, 7, -3], [9, 7, -3]],
-            "height": 6,
-            "doors": [{"at": 6, "width": 3, "sill": 1, "height": 3}],
-        }
-    ],
-}
+MISSIONS = missions(__file__)
 
 
 def points_by_geometry(world: World, scenario, state) -> np.ndarray:
@@ -72,7 +30,7 @@ def points_by_geometry(world: World, scenario, state) -> np.ndarray:
     return np.stack(seen, axis=1)
 
 
-@pytest.mark.parametrize("mission", [PLANAR, SPATIAL], ids=["plane", "space"])
+@pytest.mark.parametrize("mission", [MISSIONS["planar"], MISSIONS["spatial"]], ids=["plane", "space"])
 def test_points_are_the_nearest(mission):
     scenario = parse_scenario(flow(mission)).replace({"mission.outer": "nsb"})  # set_based looks farther
     world = build(scenario)
@@ -116,8 +74,8 @@ def test_a_bound_far_away_is_held_against_the_shape_and_not_the_box_around_it(co
 @pytest.mark.parametrize(
     ("mission", "outer"),
     [
-        pytest.param(PLANAR, "nsb", id="nsb"),
-        pytest.param(SPATIAL, "barrier_filter", id="barrier_filter", marks=pytest.mark.slow),
+        pytest.param(MISSIONS["planar"], "nsb", id="nsb"),
+        pytest.param(MISSIONS["spatial"], "barrier_filter", id="barrier_filter", marks=pytest.mark.slow),
     ],
 )
 def test_the_law_is_the_twins(mission, outer):
@@ -127,7 +85,7 @@ def test_the_law_is_the_twins(mission, outer):
 @pytest.mark.slow
 @pytest.mark.parametrize("timestep", [0.01, 0.002])
 @pytest.mark.parametrize("outer", ["nsb", "potential_field", "barrier_filter"])
-@pytest.mark.parametrize("mission", [PLANAR, SPATIAL], ids=["plane", "space"])
+@pytest.mark.parametrize("mission", [MISSIONS["planar"], MISSIONS["spatial"]], ids=["plane", "space"])
 def test_every_law_is_the_twins(mission, outer, timestep):
     agree(mission, outer, timestep)
 
