@@ -8,15 +8,12 @@ from __future__ import annotations
 
 import argparse
 import json
-import os
 from pathlib import Path
 from typing import Any
 
-os.environ.setdefault("MUJOCO_GL", "disable")
-
-from benchmarks import batch, environments, growth, loop, machine, peers, profile, recording, start, watch  # noqa: E402
-from benchmarks.document import DOCS, publish  # noqa: E402
-from benchmarks.peers.environments import REQUIREMENTS  # noqa: E402
+from benchmarks import batch, environments, growth, loop, machine, peers, profile, recording, start, watch
+from benchmarks.document import DOCS, publish
+from benchmarks.peers.environments import REQUIREMENTS
 
 PAGE = "performance.md"
 FOUND = Path("renders") / "benchmarks.json"

@@ -5,18 +5,15 @@ Whole missions with and without noise, straight approaches at several speeds, an
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterator, Sequence
 from typing import Any
 
-os.environ.setdefault("MUJOCO_GL", "disable")
+import numpy as np
 
-import numpy as np  # noqa: E402
-
-import escort_mj  # noqa: E402
-from benchmarks.bare import against_bare  # noqa: E402
-from benchmarks.crowds import crowd  # noqa: E402
-from benchmarks.document import publish, table, wants_docs  # noqa: E402
+import escort_mj
+from benchmarks.bare import against_bare
+from benchmarks.crowds import crowd
+from benchmarks.document import measure_page, table
 
 PAGE = "avoidance.md"
 MISSIONS = ("main", "main_3d", "head_on", "paper/case2_2d_obstacles", "paper/case3_3d_obstacle")
@@ -165,12 +162,11 @@ def costs() -> Iterator[list[str]]:
         yield [name, f"{1e6 * times['nsb']:.3g}", *(f"**{ratio:.2f}**" for ratio in ratios.values())]
 
 
-def main() -> None:
+def tables() -> dict[str, str]:
     """Flies all."""
-    docs = wants_docs(__doc__, PAGE)
     head = ["mission", "noise", "method", "to obstacles [m]", "between robots [m]", "slip [m/s]"]
     head += ["chattering [N/s]", "energy [J]", "settles [s]"]
-    tables = {
+    return {
         "avoidance missions": table(head, missions()),
         "avoidance costs": table(["mission", "bare [us]", "nsb / bare", "set-based / bare"], costs()),
         "avoidance approaches": table(
@@ -178,8 +174,7 @@ def main() -> None:
         ),
         "avoidance blocked": table(["world", "nsb", "barrier filter", "set-based"], worlds_that_block()),
     }  # fmt: skip
-    publish(PAGE, tables, docs)
 
 
 if __name__ == "__main__":
-    main()
+    measure_page(__doc__, PAGE, tables)

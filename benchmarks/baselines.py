@@ -2,29 +2,24 @@
 
 from __future__ import annotations
 
-import os
-from typing import Any
-
-os.environ.setdefault("MUJOCO_GL", "disable")
-
-import escort_mj  # noqa: E402
-from benchmarks.document import publish, wants_docs  # noqa: E402
-from escort_mj.report.comparison import comparison, markdown  # noqa: E402
-from escort_mj.study.sweeps.results import open_results  # noqa: E402
+import escort_mj
+from benchmarks.document import measure_page
+from escort_mj.report.comparison import comparison, markdown
+from escort_mj.study.sweeps.results import open_results
 
 PAGE, SEEDS = "baselines.md", 3
 LOOPS = "nsb,set_based,potential_field,barrier_filter"
 MISSIONS = {"main": LOOPS, "main_3d": LOOPS, "paper/case1_2d": "nsb"}
 
 
-def main(arguments: Any = None) -> None:
+def tables() -> dict[str, str]:
     """Compares, or finds the runs of an earlier time; writes the tables into the docs if asked."""
-    write, tables = wants_docs(__doc__, PAGE, arguments), {}
+    tables = {}
     for name, loops in MISSIONS.items():
         found = escort_mj.compare(name, outer=loops, seeds=SEEDS)
         tables[found.name] = "\n".join(markdown(comparison(open_results(found.folder)))).rstrip()
-    publish(PAGE, tables, write)
+    return tables
 
 
 if __name__ == "__main__":
-    main()
+    measure_page(__doc__, PAGE, tables)

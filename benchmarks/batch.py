@@ -16,7 +16,7 @@ from typing import Any
 import mujoco.batch
 import numpy as np
 
-from benchmarks.document import table
+from benchmarks.document import table_of
 from benchmarks.paired import alternate, paired, seconds
 from escort_mj.api import load_scenario, run_many
 from escort_mj.api.runs import Run
@@ -76,7 +76,7 @@ def whole(scenario: str, overrides: list[str]) -> dict[str, Any]:
     before = resident()
     times = alternate({f"{k}": _timed(lambda k=k: list(run_many(these, k))) for k in (1, THREADS)}, ROUNDS)
     flown = 2 * ROUNDS * len(these)
-    return _found(times, len(these)) | {"growth": (resident() - before) / flown}
+    return _found(times, len(these)) | {"growth": f"{(resident() - before) / flown:.2f}"}
 
 
 def stepping(scenario: str, overrides: list[str]) -> dict[str, dict[str, Any]]:
@@ -146,20 +146,11 @@ def measure() -> list[dict[str, Any]]:
 
 def tables(rows: list[dict[str, Any]]) -> dict[str, str]:
     """What was measured, as a table."""
-    cells = [
-        [
-            row["case"],
-            *(f"{row[f'rate {k}']:.3g}" for k in (1, THREADS)),
-            f"**{row['ratio']:.2f}**",
-            f"{row['growth']:.2f}" if "growth" in row else "",
-        ]
-        for row in rows
-    ]
-    head = [
-        "missions",
-        "1 thread [1/s]",
-        f"{THREADS} threads [1/s]",
-        "ratio",
-        "memory growth per mission [MB]",
-    ]
-    return {"batch": table(head, cells)}
+    columns = {
+        "missions": "{case}",
+        "1 thread [1/s]": "{rate 1:.3g}",
+        f"{THREADS} threads [1/s]": f"{{rate {THREADS}:.3g}}",
+        "ratio": "**{ratio:.2f}**",
+        "memory growth per mission [MB]": "{growth}",
+    }
+    return {"batch": table_of(({"growth": ""} | row for row in rows), columns)}

@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterator
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
-os.environ.setdefault("MUJOCO_GL", "disable")
+import numpy as np
 
-import numpy as np  # noqa: E402
-
-import escort_mj  # noqa: E402
-from benchmarks.document import publish, table, wants_docs  # noqa: E402
-from escort_mj.scenario import parse_scenario  # noqa: E402
+import escort_mj
+from benchmarks.document import measure_page, table
+from escort_mj.scenario import parse_scenario
 
 PAGE = "clutter.md"
 SEEDS = range(1, 11)
@@ -112,21 +109,19 @@ def shares(found: dict[Trial, Result]) -> Iterator[list[str]]:
         yield [str(axes), f"{clear} of {len(results)}", f"{min(r.to_obstacles for r in results):.3f}"]
 
 
-def main(arguments: Any = None) -> None:
+def tables() -> dict[str, str]:
     """Flies all missions on all cores, prints the tables, and writes them into the docs if asked."""
-    write = wants_docs(__doc__, PAGE, arguments)
     todo = [Trial(axes, seed) for axes in MISSIONS for seed in SEEDS]
     texts = (MISSIONS[trial.axes].format(seed=trial.seed, shapes=SHAPES) for trial in todo)
     runs = escort_mj.run_many((parse_scenario(text, "clutter") for text in texts), traces=True)
     found = {trial: judged(run) for trial, run in zip(todo, runs, strict=True)}
     head = ["p", "seed", "touches", "to obstacles [m]", "to robots [m]", "avoiding"]
     head += ["farthest off the ring [m]", "off the ring at the end [m]"]
-    tables = {
+    return {
         "shares": table(["p", "no touch", "least clearance to an obstacle [m]"], shares(found)),
         "clutter": table(head, rows(found)),
     }
-    publish(PAGE, tables, write)
 
 
 if __name__ == "__main__":
-    main()
+    measure_page(__doc__, PAGE, tables)

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.document import publish, table, wants_docs
+from benchmarks.document import measure_page, table
 from benchmarks.start import process
 from escort_mj import Controller
 
@@ -58,9 +58,8 @@ def per_call(scenario: Any, backend: str, **batches: int) -> tuple[float, float]
     return fastest(call, **batches), fastest(lambda: controller.signals, **batches)
 
 
-def main() -> None:
+def tables() -> dict[str, str]:
     """Measure, and print or publish."""
-    write = wants_docs(__doc__, PAGE)
     rows = []
     for name, scenario in CASES.items():
         native, signals = per_call(scenario, "native")
@@ -76,8 +75,8 @@ def main() -> None:
         f"Starting Python and importing NumPy take {bare:.2f} s of the {wall:.2f} s. "
         f"Measured with Python {sys.version.split()[0]}."
     )
-    publish(PAGE, {"controller": f"{table(head, rows)}\n\n{start}"}, write)
+    return {"controller": f"{table(head, rows)}\n\n{start}"}
 
 
 if __name__ == "__main__":
-    main()
+    measure_page(__doc__, PAGE, tables)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import resource
 import subprocess
 import sys
@@ -12,20 +11,18 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-os.environ.setdefault("MUJOCO_GL", "disable")
+import numpy as np
 
-import numpy as np  # noqa: E402
-
-from benchmarks.document import publish, table, wants_docs  # noqa: E402
-from benchmarks.paired import alternate, effort, paired  # noqa: E402
-from escort_mj import api  # noqa: E402
-from escort_mj.native import cache  # noqa: E402
-from escort_mj.numerics import thomson  # noqa: E402
-from escort_mj.record.folder import read_run  # noqa: E402
-from escort_mj.scenario.schema.scenario import Scenario  # noqa: E402
-from escort_mj.world.callback import native_loop  # noqa: E402
-from escort_mj.world.model.build import build  # noqa: E402
-from escort_mj.world.plant import Plant  # noqa: E402
+from benchmarks.document import measure_page, table
+from benchmarks.paired import alternate, effort, paired
+from escort_mj import api
+from escort_mj.native import cache
+from escort_mj.numerics import thomson
+from escort_mj.record.folder import read_run
+from escort_mj.scenario.schema.scenario import Scenario
+from escort_mj.world.callback import native_loop
+from escort_mj.world.model.build import build
+from escort_mj.world.plant import Plant
 
 PAGE = "crowds.md"
 BUILT = (100, 1000, 2000)
@@ -123,9 +120,8 @@ def mission() -> list[list[str]]:
     return facts
 
 
-def main(arguments: Any = None) -> None:
+def tables() -> dict[str, str]:
     """Measures everything."""
-    write = wants_docs(__doc__, PAGE, arguments)
     heads = {
         "building": [
             "robots",
@@ -142,8 +138,8 @@ def main(arguments: Any = None) -> None:
         "squeezed": [squeezed(count) for count in SQUEEZED],
         "mission": mission(),
     }
-    publish(PAGE, {name: table(heads[name], rows[name]) for name in heads}, write)
+    return {name: table(heads[name], rows[name]) for name in heads}
 
 
 if __name__ == "__main__":
-    main()
+    measure_page(__doc__, PAGE, tables)

@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 import math
-import os
 from typing import Any, NamedTuple
 
-os.environ.setdefault("MUJOCO_GL", "disable")
+import numpy as np
 
-import numpy as np  # noqa: E402
-
-import escort_mj  # noqa: E402
-from benchmarks.document import DOCS, publish, table, wants_docs  # noqa: E402
-from escort_mj import palette  # noqa: E402
-from escort_mj.report.figures.drawing.style import figure, legend  # noqa: E402
+import escort_mj
+from benchmarks.document import DOCS, publish, table, wants_docs
+from escort_mj import palette
+from escort_mj.report.figures.drawing.style import figure, legend
 
 PAGE, PICTURE = "pursuit.md", DOCS / "figures" / "dashes.png"
 COUNTS = range(4, 13)
@@ -105,9 +102,9 @@ def draw(found: dict[tuple[str, int], float]) -> None:
         legend(canvas, keys)
 
 
-def main(arguments: Any = None) -> None:
+def main() -> None:
     """Measures all, prints the table, and writes it and the figure into the docs if asked."""
-    write = wants_docs(__doc__, PAGE, arguments)
+    write = wants_docs(__doc__, PAGE)
     found, rows = {}, []
     for count in COUNTS:
         row = [str(count)]

@@ -22,6 +22,11 @@ def table(head: list[str], rows: Iterable[list[str]]) -> str:
     return "\n".join(markdown(head, rows))
 
 
+def table_of(rows: Iterable[Mapping[str, Any]], columns: Mapping[str, str]) -> str:
+    """A table of what was measured: by head, the format of its cells, which names entries of the rows."""
+    return table([*columns], ([form.format_map(row) for form in columns.values()] for row in rows))
+
+
 def swept(study: Mapping[str, Any] | str) -> pandas.DataFrame:
     """Makes the runs of a study that are missing; a row each."""
     return escort_mj.sweep(study, confirmed=True).table
@@ -54,9 +59,15 @@ def parser_for(description: str | None, page: str) -> argparse.ArgumentParser:
     return parser
 
 
-def wants_docs(description: str | None, page: str, arguments: Any = None) -> bool:
+def wants_docs(description: str | None, page: str) -> bool:
     """Reads a command line that has nothing else: whether to write the tables into their page."""
-    return bool(parser_for(description, page).parse_args(arguments).docs)
+    return bool(parser_for(description, page).parse_args().docs)
+
+
+def measure_page(description: str | None, page: str, tables: Callable[[], Mapping[str, str]]) -> None:
+    """Measures tables, prints them, and writes them into their page if the command line says so."""
+    write = wants_docs(description, page)
+    publish(page, tables(), write)
 
 
 def publish(page: str, tables: Mapping[str, str], write: bool) -> None:

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.bare import Bare
-from benchmarks.document import table
+from benchmarks.document import table_of
 from benchmarks.paired import alternate, paired
 from escort_mj.api import load_scenario
 from escort_mj.environments.single import EscortEnv
@@ -76,7 +76,7 @@ def measure() -> list[dict[str, Any]]:
         {
             "loop": name,
             "rate": 1.0 / float(np.median(times[name])),
-            "clock": 1.0 / float(np.median(clock[name])) if name in clock else None,
+            "clock": f"{1.0 / float(np.median(clock[name])):.3g}" if name in clock else "",
             "bare": paired(times, name, BARE),
             "native": paired(times, name, NATIVE),
         }
@@ -97,21 +97,11 @@ def _vector(environment: EscortVectorEnv) -> Callable[[], object]:
 
 def tables(rows: list[dict[str, Any]]) -> dict[str, str]:
     """What was measured, as a table."""
-    head = [
-        "loop",
-        "steps per processor second",
-        "steps per second",
-        "cost / MuJoCo alone",
-        "cost / native loop",
-    ]
-    cells = [
-        [
-            row["loop"],
-            f"{row['rate']:.3g}",
-            f"{row['clock']:.3g}" if row["clock"] else "",
-            f"**{row['bare']:.2f}**",
-            f"**{row['native']:.2f}**",
-        ]
-        for row in rows
-    ]
-    return {"environments": table(head, cells)}
+    columns = {
+        "loop": "{loop}",
+        "steps per processor second": "{rate:.3g}",
+        "steps per second": "{clock}",
+        "cost / MuJoCo alone": "**{bare:.2f}**",
+        "cost / native loop": "**{native:.2f}**",
+    }
+    return {"environments": table_of(rows, columns)}

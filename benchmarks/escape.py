@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 import math
-import os
 from typing import Any
 
-os.environ.setdefault("MUJOCO_GL", "disable")
-
-import escort_mj  # noqa: E402
-from benchmarks.document import publish, table, wants_docs  # noqa: E402
-from escort_mj.study.sweeps.statistics import proportion_of  # noqa: E402
+import escort_mj
+from benchmarks.document import measure_page, table
+from escort_mj.study.sweeps.statistics import proportion_of
 
 PAGE = "pursuit.md"
 SCENARIOS = {"voronoi": "pursuit/evader", "burst": "pursuit/burst"}
@@ -55,17 +52,17 @@ def share(base: escort_mj.Scenario) -> str:
     return f"{100.0 * stayed.share:.0f} ({low:.0f} to {high:.0f})"
 
 
-def main(arguments: Any = None) -> None:
+def tables() -> dict[str, str]:
     """Makes all runs, prints the table, and writes it into the docs if asked."""
-    write, rows = wants_docs(__doc__, PAGE, arguments), []
+    rows = []
     for count in COUNTS:
         for policy in SCENARIOS:
             rows.append([str(count), f"{SHARE / math.sin(math.pi / count):.2f}", policy])
             for seen in SEEN:
                 rows[-1].append(share(chase(policy, count, seen)))
                 print(rows[-1], flush=True)
-    publish(PAGE, {"escape": table(HEAD, rows)}, write)
+    return {"escape": table(HEAD, rows)}
 
 
 if __name__ == "__main__":
-    main()
+    measure_page(__doc__, PAGE, tables)

@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterator
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
-os.environ.setdefault("MUJOCO_GL", "disable")
+import numpy as np
 
-import numpy as np  # noqa: E402
-
-import escort_mj  # noqa: E402
-from benchmarks.document import publish, table, wants_docs  # noqa: E402
-from escort_mj.metrics.energy_ratio import energy_ratios  # noqa: E402
-from escort_mj.numerics.formation import chords_exist  # noqa: E402
-from escort_mj.scenario import parse_scenario  # noqa: E402
+import escort_mj
+from benchmarks.document import measure_page, table
+from escort_mj.metrics.energy_ratio import energy_ratios
+from escort_mj.numerics.formation import chords_exist
+from escort_mj.scenario import parse_scenario
 
 PAGE = "formation.md"
 TEAMS = [(2, n) for n in range(3, 17)] + [(3, n) for n in (4, 5, 6, 8, 12, 20, 32)] + [(4, 8)]
@@ -99,16 +96,16 @@ def rows(found: dict[Trial, Result]) -> Iterator[list[str]]:
         yield [str(axes), str(count), *cells]
 
 
-def main(arguments: Any = None) -> None:
+def tables() -> dict[str, str]:
     """Flies all missions on all cores, prints the table, and writes it into the docs if asked."""
-    write, todo = wants_docs(__doc__, PAGE, arguments), trials()
+    todo = trials()
     runs = escort_mj.run_many(map(mission, todo), traces=True)
     found = {trial: judged(run) for trial, run in zip(todo, runs, strict=True)}
     head = ["p", "n"]
     for behavior in ("vertices", "repulsion", "chords"):
         head += [behavior, "worst ratio", "median [s]"]
-    publish(PAGE, {"formation": table(head, rows(found))}, write)
+    return {"formation": table(head, rows(found))}
 
 
 if __name__ == "__main__":
-    main()
+    measure_page(__doc__, PAGE, tables)

@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-import os
 from typing import Any
 
-os.environ.setdefault("MUJOCO_GL", "disable")
-
-from benchmarks.document import publish, swept, table, wants_docs  # noqa: E402
+from benchmarks.document import measure_page, swept, table
 
 PAGE = "gains.md"
 ROBOTS = {
@@ -33,9 +30,8 @@ STUDY: dict[str, Any] = {
 }
 
 
-def main(arguments: Any = None) -> None:
+def tables() -> dict[str, str]:
     """Fly the missions with both; write the table into the docs if asked."""
-    write = wants_docs(__doc__, PAGE, arguments)
     rows = []
     for robot, (name, changes) in ROBOTS.items():
         study = STUDY | {"study": f"gains_{robot}", "scenario": name, "set": {"expect": []} | changes}
@@ -47,8 +43,8 @@ def main(arguments: Any = None) -> None:
             ]
             rows.append([robot, f"`{law}`", *cells])
     heads = ["robots", "law", *(f"{words}: paper / auto" for words, _ in METRICS.values())]
-    publish(PAGE, {"gains": table(heads, rows)}, write)
+    return {"gains": table(heads, rows)}
 
 
 if __name__ == "__main__":
-    main()
+    measure_page(__doc__, PAGE, tables)

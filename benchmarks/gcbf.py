@@ -12,19 +12,16 @@ from __future__ import annotations
 
 import json
 import math
-import os
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
-os.environ.setdefault("MUJOCO_GL", "disable")
+import numpy as np
+from numpy.typing import NDArray
 
-import numpy as np  # noqa: E402
-from numpy.typing import NDArray  # noqa: E402
-
-import escort_mj  # noqa: E402
-from benchmarks.document import parser_for, publish, table  # noqa: E402
-from escort_mj.study.sweeps.statistics import NORMAL  # noqa: E402
+import escort_mj
+from benchmarks.document import parser_for, publish, table
+from escort_mj.study.sweeps.statistics import NORMAL
 
 Array = NDArray[np.float64]
 Episode = dict[str, Any]

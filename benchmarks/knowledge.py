@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING, Any
 
-os.environ.setdefault("MUJOCO_GL", "disable")
+import numpy as np
 
-import numpy as np  # noqa: E402
-
-import escort_mj  # noqa: E402
-from benchmarks.bare import against_bare  # noqa: E402
-from benchmarks.crowds import crowd  # noqa: E402
-from benchmarks.document import grid, publish, swept, table, wants_docs  # noqa: E402
-from escort_mj.study.sweeps.statistics import summary  # noqa: E402
+import escort_mj
+from benchmarks.bare import against_bare
+from benchmarks.crowds import crowd
+from benchmarks.document import grid, measure_page, swept, table
+from escort_mj.study.sweeps.statistics import summary
 
 if TYPE_CHECKING:
     import pandas
@@ -162,17 +159,16 @@ HEADS = {
 }  # fmt: skip
 
 
-def main(arguments: Any = None) -> None:
+def tables() -> dict[str, str]:
     """Measures everything."""
-    write = wants_docs(__doc__, PAGE, arguments)
     rows = {
         "knowledge missions": missions(),
         "knowledge precision": precision(),
         "knowledge radio": radio(),
         "knowledge costs": costs(),
     }
-    publish(PAGE, {name: table(HEADS[name], rows[name]) for name in HEADS}, write)
+    return {name: table(HEADS[name], rows[name]) for name in HEADS}
 
 
 if __name__ == "__main__":
-    main()
+    measure_page(__doc__, PAGE, tables)

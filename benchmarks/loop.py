@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.bare import Bare
-from benchmarks.document import table
+from benchmarks.document import table_of
 from benchmarks.paired import alternate, effort, paired
 from escort_mj.api import load_scenario
 from escort_mj.world.callback import native_loop
@@ -65,17 +65,16 @@ def measure() -> list[dict[str, Any]]:
     return [{"case": name} | compare(*case) for name, case in CASES.items()]
 
 
+COLUMNS = {
+    "case": "{case}",
+    "bare [us]": "{bare:.2f}",
+    "native [us]": "{native:.2f}",
+    "interpreted [us]": "{interpreted:.0f}",
+    "native / bare": "**{native/bare:.2f}**",
+    "interpreted / bare": "{interpreted/bare:.0f}",
+}
+
+
 def tables(rows: list[dict[str, Any]]) -> dict[str, str]:
     """What was measured, as a table."""
-    cells = [
-        [
-            row["case"],
-            *(f"{row[name]:.2f}" for name in ("bare", "native")),
-            f"{row['interpreted']:.0f}",
-            f"**{row['native/bare']:.2f}**",
-            f"{row['interpreted/bare']:.0f}",
-        ]
-        for row in rows
-    ]
-    head = ["case", "bare [us]", "native [us]", "interpreted [us]", "native / bare", "interpreted / bare"]
-    return {"loop": table(head, cells)}
+    return {"loop": table_of(rows, COLUMNS)}

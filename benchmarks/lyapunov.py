@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterator
-from typing import Any
 
-os.environ.setdefault("MUJOCO_GL", "disable")
+import numpy as np
 
-import numpy as np  # noqa: E402
-
-from benchmarks.document import publish, several, table, wants_docs  # noqa: E402
-from escort_mj.api import load_scenario  # noqa: E402
-from escort_mj.mission import Flight, fly  # noqa: E402
+from benchmarks.document import measure_page, several, table
+from escort_mj.api import load_scenario
+from escort_mj.mission import Flight, fly
 
 PAGE = "theory.md"
 TIMESTEPS = (0.002, 0.001, 0.0005, 0.00025)
@@ -94,11 +90,5 @@ def tables() -> dict[str, str]:
     return {"convergence": first, "growth": table(head, growth())}
 
 
-def main(arguments: Any = None) -> None:
-    """Measures, prints the tables, and writes them into the document if asked."""
-    write = wants_docs(__doc__, PAGE, arguments)
-    publish(PAGE, tables(), write)
-
-
 if __name__ == "__main__":
-    main()
+    measure_page(__doc__, PAGE, tables)

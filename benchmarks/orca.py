@@ -6,19 +6,16 @@ ORCA has an environment of its own, made on first use; without it, its rows say 
 from __future__ import annotations
 
 import json
-import os
 import subprocess
 from pathlib import Path
 from typing import Any
 
-os.environ.setdefault("MUJOCO_GL", "disable")
+import numpy as np
+from numpy.typing import NDArray
 
-import numpy as np  # noqa: E402
-from numpy.typing import NDArray  # noqa: E402
-
-import escort_mj  # noqa: E402
-from benchmarks.document import publish, table, wants_docs  # noqa: E402
-from benchmarks.peers.environments import NotInstalled, python_of  # noqa: E402
+import escort_mj
+from benchmarks.document import measure_page, table
+from benchmarks.peers.environments import NotInstalled, python_of
 
 PAGE = "goals.md"
 ADAPTER = Path(__file__).parent / "peers" / "fly_orca.py"
@@ -94,9 +91,8 @@ def off_the_circle(circle: Any) -> list[Any]:
     return teams
 
 
-def main() -> None:
+def tables() -> dict[str, str]:
     """Flies all."""
-    docs = wants_docs(__doc__, PAGE)
     circle = escort_mj.load_scenario("goals/swap_32")
     space = escort_mj.load_scenario("goals/swap_space_100")
     rows = []
@@ -119,8 +115,8 @@ def main() -> None:
         [*line("straight through each other", "sphere of 100", [least], [mine])[:-1], ""],
     ]
     head = ["starts", "method", "arrive", "makespan [s] (ratio)", "mean path [m] (ratio)", "least gap [m]"]
-    publish(PAGE, {"orca": table(head, rows)}, docs)
+    return {"orca": table(head, rows)}
 
 
 if __name__ == "__main__":
-    main()
+    measure_page(__doc__, PAGE, tables)

@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 import math
-import os
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
-os.environ.setdefault("MUJOCO_GL", "disable")
+import numpy as np
+from numpy.typing import NDArray
 
-import numpy as np  # noqa: E402
-from numpy.typing import NDArray  # noqa: E402
-
-from benchmarks.document import publish, table, wants_docs  # noqa: E402
-from escort_mj.api import load_scenario  # noqa: E402
-from escort_mj.mission import fly  # noqa: E402
-from escort_mj.numerics.formation import arrange  # noqa: E402
+from benchmarks.document import measure_page, table
+from escort_mj.api import load_scenario
+from escort_mj.mission import fly
+from escort_mj.numerics.formation import arrange
 
 if TYPE_CHECKING:
     import xarray
@@ -275,11 +272,5 @@ def tables() -> dict[str, str]:
     return {"outer": table(head, accounts), "conflict": table([*angles, *shares], conflicts)}
 
 
-def main(arguments: Any = None) -> None:
-    """Measures, prints the tables, and writes them into the document if asked."""
-    write = wants_docs(__doc__, PAGE, arguments)
-    publish(PAGE, tables(), write)
-
-
 if __name__ == "__main__":
-    main()
+    measure_page(__doc__, PAGE, tables)

@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 import math
-import os
 from typing import Any
 
-os.environ.setdefault("MUJOCO_GL", "disable")
+import numpy as np
+from numpy.typing import NDArray
 
-import numpy as np  # noqa: E402
-from numpy.typing import NDArray  # noqa: E402
-
-import escort_mj  # noqa: E402
-from benchmarks.document import publish, table, wants_docs  # noqa: E402
+import escort_mj
+from benchmarks.document import measure_page, table
 
 PAGE = "pursuit.md"
 PERIMETER, SPEED = 5.0, 1.0  # radius [m] and speed of the defender [m/s]
@@ -89,9 +86,9 @@ def share(outcomes: NDArray[np.bool_]) -> str:
     return f"{100.0 * outcomes.mean():.1f}" if len(outcomes) else "none"
 
 
-def main(arguments: Any = None) -> None:
+def tables() -> dict[str, str]:
     """Flies all starts, prints the table, and writes it into the docs if asked."""
-    write, rows = wants_docs(__doc__, PAGE, arguments), []
+    rows = []
     for ratio in RATIOS:
         drawn = starts(ratio, np.random.default_rng(4144))
         told = np.array([wins for *_, wins in drawn])
@@ -103,8 +100,8 @@ def main(arguments: Any = None) -> None:
         print(rows[-1], flush=True)
     head = ["speed ratio", "intruder wins, theory [%]", "measured [%]", "agree [%]"]
     head += ["of those won by the intruder [%]", "by the defender [%]"]
-    publish(PAGE, {"perimeter": table(head, rows)}, write)
+    return {"perimeter": table(head, rows)}
 
 
 if __name__ == "__main__":
-    main()
+    measure_page(__doc__, PAGE, tables)

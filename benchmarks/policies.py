@@ -2,25 +2,21 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Iterator
-from typing import Any
 
-os.environ.setdefault("MUJOCO_GL", "disable")
+import numpy as np
+from cmaes import CMA
+from numpy.typing import NDArray
 
-import numpy as np  # noqa: E402
-from cmaes import CMA  # noqa: E402
-from numpy.typing import NDArray  # noqa: E402
-
-from benchmarks.document import publish, table, wants_docs  # noqa: E402
-from escort_mj import Run  # noqa: E402
-from escort_mj.api import fly, load_scenario  # noqa: E402
-from escort_mj.environments import Simulation  # noqa: E402
-from escort_mj.measuring import measure_over  # noqa: E402
-from escort_mj.record.outcome import Outcome  # noqa: E402
-from escort_mj.record.window import Span  # noqa: E402
-from escort_mj.scenario import Scenario  # noqa: E402
-from escort_mj.study.engine.parallel import cores, side_by_side  # noqa: E402
+from benchmarks.document import measure_page, table
+from escort_mj import Run
+from escort_mj.api import fly, load_scenario
+from escort_mj.environments import Simulation
+from escort_mj.measuring import measure_over
+from escort_mj.record.outcome import Outcome
+from escort_mj.record.window import Span
+from escort_mj.scenario import Scenario
+from escort_mj.study.engine.parallel import cores, side_by_side
 
 Array = NDArray[np.float64]
 Policy = Callable[[Array], Array]
@@ -132,9 +128,8 @@ def _rows(gains: Array) -> Iterator[list[str]]:
         yield _row(name, [flown(mission, policy(chosen, mission.axes))[0] for mission in missions])
 
 
-def main(arguments: Any = None) -> None:
+def tables() -> dict[str, str]:
     """Trains, compares on held-out seeds, and writes the tables into the docs if asked."""
-    write = wants_docs(__doc__, PAGE, arguments)
     gains = trained()
     units = ("radius error [m]", "spacing error [m]", "to robots [m]", "to obstacles [m]", "force [N]")
     head = ["controller", "verdicts passed", "missions with a touch", *units]
@@ -142,12 +137,11 @@ def main(arguments: Any = None) -> None:
         [f"`{name}`", f"{hand:g}", f"{value:.3g}"]
         for (name, hand), value in zip(BY_HAND.items(), gains, strict=True)
     ]
-    publish(
-        PAGE,
-        {"policies": table(head, _rows(gains)), "gains": table(["gain", "by hand", "trained"], found)},
-        write,
-    )
+    return {
+        "policies": table(head, _rows(gains)),
+        "gains": table(["gain", "by hand", "trained"], found),
+    }
 
 
 if __name__ == "__main__":
-    main()
+    measure_page(__doc__, PAGE, tables)

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.document import table
+from benchmarks.document import table_of
 from benchmarks.loop import UNTIL_FAR, WARM_UP
 from benchmarks.paired import alternate, effort, paired
 from escort_mj.api import load_scenario
@@ -36,7 +36,7 @@ def compare(scenario: str, overrides: list[str], rounds: int = 31) -> dict[str, 
 
     Returns:
         Medians over rounds: time a step [us] of `alone`, `sampled`, `written`, the paired ratios to `alone`,
-        and how many numbers a sample has and how many steps apart samples are.
+        and how many `numbers` a sample has, and how many steps apart samples are, in words.
     """
     world = build(load_scenario(scenario, overrides))
     plant = Plant(world)
@@ -70,7 +70,8 @@ def compare(scenario: str, overrides: list[str], rounds: int = 31) -> dict[str, 
         journal.close()
     found = {name: 1e6 * float(np.median(values)) for name, values in times.items()}
     ratios = {f"{name}/alone": paired(times, name, "alone") for name in ("sampled", "written")}
-    return found | ratios | {"numbers": len(samples[0]), "stride": world.schedule.stride}
+    every = "step" if world.schedule.stride == 1 else f"{world.schedule.stride} steps"
+    return found | ratios | {"numbers": f"{len(samples[0])} every {every}"}
 
 
 def measure() -> list[dict[str, Any]]:
@@ -80,14 +81,11 @@ def measure() -> list[dict[str, Any]]:
 
 def tables(rows: list[dict[str, Any]]) -> dict[str, str]:
     """What was measured, as a table."""
-    cells = [
-        [
-            row["case"],
-            f"{row['numbers']} every {row['stride']} steps".replace(" 1 steps", " step"),
-            f"{row['alone']:.2f}",
-            *(f"**{row[f'{name}/alone']:.2f}**" for name in ("sampled", "written")),
-        ]
-        for row in rows
-    ]
-    head = ["case", "numbers recorded", "without [us]", "in memory / without", "in a run folder / without"]
-    return {"recording": table(head, cells)}
+    columns = {
+        "case": "{case}",
+        "numbers recorded": "{numbers}",
+        "without [us]": "{alone:.2f}",
+        "in memory / without": "**{sampled/alone:.2f}**",
+        "in a run folder / without": "**{written/alone:.2f}**",
+    }
+    return {"recording": table_of(rows, columns)}

@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
-os.environ.setdefault("MUJOCO_GL", "disable")
-
-from benchmarks.document import publish, swept, table, wants_docs  # noqa: E402
-from escort_mj.api import load_scenario  # noqa: E402
-from escort_mj.laws import LAWS  # noqa: E402
+from benchmarks.document import measure_page, swept, table
+from escort_mj.api import load_scenario
+from escort_mj.laws import LAWS
 
 if TYPE_CHECKING:
     import pandas
@@ -93,20 +90,18 @@ def _measured(runs: pandas.DataFrame, error: str, effort: str) -> list[str]:
     ]
 
 
-def main(arguments: Any = None) -> None:
+def tables() -> dict[str, str]:
     """Makes the runs, prints the tables, and writes them into the docs if asked."""
-    write = wants_docs(__doc__, PAGE, arguments)
     head = ["robots", "law", "gains", *MEASURED]
     kinds = [[k, *row] for k in KINDS for row in rows(f"robots_{k}", k, missions(k), 5)]
     sideways = [[k, *row] for k in DRIVEN for row in rows(f"robots_{k}", k, driven(k), 20)]
     troubles = rows("robots_troubles", "slung", TROUBLES, 5)
-    tables = {
+    return {
         "kinds": table(head, kinds),
         "driven": table(head, sideways),
         "troubles": table(["hidden effect", *MEASURED], troubles),
     }
-    publish(PAGE, tables, write)
 
 
 if __name__ == "__main__":
-    main()
+    measure_page(__doc__, PAGE, tables)

@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-import os
 from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-os.environ.setdefault("MUJOCO_GL", "disable")
+import numpy as np
 
-import numpy as np  # noqa: E402
-
-from benchmarks.document import DOCS, publish, swept, table, wants_docs  # noqa: E402
-from escort_mj.report.figures.drawing.style import figure  # noqa: E402
+from benchmarks.document import DOCS, publish, swept, table, wants_docs
+from escort_mj.report.figures.drawing.style import figure
 
 if TYPE_CHECKING:
     import pandas
@@ -151,11 +148,11 @@ def draw(path: Path, maps: list[Map]) -> None:
             axes.set_axis_off()
 
 
-def main(arguments: Any = None) -> None:
+def main() -> None:
     """Makes the runs that are missing, and writes figure, tables and sentences into the docs if asked."""
     from scipy.stats import binomtest  # slow to import, and tests import this module
 
-    write = wants_docs(__doc__, PAGE, arguments)
+    write = wants_docs(__doc__, PAGE)
     maps = [measured(factor) for factor in FACTORS]
     runs = maps[0].runs
     low = binomtest(runs, runs).proportion_ci(0.95, "exact").low

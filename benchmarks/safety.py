@@ -9,15 +9,13 @@ from collections.abc import Iterator
 from functools import cache
 from typing import Any, NamedTuple
 
-os.environ.setdefault("MUJOCO_GL", "disable")
-
-from benchmarks.document import parser_for, publish, table  # noqa: E402
-from escort_mj.api import scenarios_folder  # noqa: E402
-from escort_mj.metrics.causes import CAUSES, UNEXPLAINED, Touch, causes_of  # noqa: E402
-from escort_mj.mission import fly  # noqa: E402
-from escort_mj.study.engine.parallel import side_by_side  # noqa: E402
-from escort_mj.study.sweeps.definition import load_study  # noqa: E402
-from escort_mj.study.sweeps.design import Design, Planned  # noqa: E402
+from benchmarks.document import parser_for, publish, table
+from escort_mj.api import scenarios_folder
+from escort_mj.metrics.causes import CAUSES, UNEXPLAINED, Touch, causes_of
+from escort_mj.mission import fly
+from escort_mj.study.engine.parallel import side_by_side
+from escort_mj.study.sweeps.definition import load_study
+from escort_mj.study.sweeps.design import Design, Planned
 
 PAGE = "avoidance.md"
 

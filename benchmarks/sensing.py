@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-import os
 from typing import TYPE_CHECKING, Any
 
-os.environ.setdefault("MUJOCO_GL", "disable")
-
-from benchmarks.document import grid, publish, swept, table, wants_docs  # noqa: E402
+from benchmarks.document import grid, measure_page, swept, table
 
 if TYPE_CHECKING:
     import pandas
@@ -55,17 +52,15 @@ def cell(runs: pandas.DataFrame) -> str:
     return f"{1e3 * runs[ERROR].mean():.3g} ({runs[FORCE].mean():.2g})"
 
 
-def main(arguments: Any = None) -> None:
+def tables() -> dict[str, str]:
     """Makes the runs, prints the tables, and writes them into the docs if asked."""
-    write = wants_docs(__doc__, PAGE, arguments)
     delayed = grid(swept(STUDY | DELAYED), "delay", "case", cell, lambda delay: f"{1e3 * delay:g}")
     dropped = grid(swept(STUDY | DROPPED), "dropout", "case", cell, lambda share: f"{100 * share:g} %")
-    tables = {
+    return {
         "delay": table(["delay [ms]", *DELAYED["cases"]], delayed),
         "dropout": table(["dropout", *DROPPED["cases"]], dropped),
     }
-    publish(PAGE, tables, write)
 
 
 if __name__ == "__main__":
-    main()
+    measure_page(__doc__, PAGE, tables)

@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 import math
-import os
 from typing import Any
 
-os.environ.setdefault("MUJOCO_GL", "disable")
+import numpy as np
 
-import numpy as np  # noqa: E402
-
-import escort_mj  # noqa: E402
-from benchmarks.document import publish, table, wants_docs  # noqa: E402
-from benchmarks.perimeter import LAW, POINT  # noqa: E402
+import escort_mj
+from benchmarks.document import measure_page, table
+from benchmarks.perimeter import LAW, POINT
 
 PAGE = "pursuit.md"
 PERIMETER, SPEED = 2.0, 1.0  # radius [m] and speed of the defender [m/s]
@@ -63,9 +60,9 @@ def stopped(load: float, seed: int) -> float:
     return float((found[1:] == 2.0).mean())
 
 
-def main(arguments: Any = None) -> None:
+def tables() -> dict[str, str]:
     """Flies all missions, prints the table, and writes it into the docs if asked."""
-    write, rows = wants_docs(__doc__, PAGE, arguments), []
+    rows = []
     for load in LOADS:
         shares = np.array([stopped(load, seed) for seed in range(MISSIONS)])
         error = 1.96 * shares.std(ddof=1) / math.sqrt(MISSIONS)
@@ -73,8 +70,8 @@ def main(arguments: Any = None) -> None:
         rows.append([f"{load:g}", f"{100.0 * closed_form(load):.1f}", measured])
         print(rows[-1], flush=True)
     head = ["intruders in the time for half of the perimeter", "stopped, theory [%]", "measured [%]"]
-    publish(PAGE, {"stream": table(head, rows)}, write)
+    return {"stream": table(head, rows)}
 
 
 if __name__ == "__main__":
-    main()
+    measure_page(__doc__, PAGE, tables)

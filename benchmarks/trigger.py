@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
-os.environ.setdefault("MUJOCO_GL", "disable")
-
-
-from benchmarks.document import DOCS, publish, swept, table, wants_docs  # noqa: E402
+from benchmarks.document import DOCS, publish, swept, table, wants_docs
 
 if TYPE_CHECKING:
     import pandas
@@ -81,9 +77,9 @@ def draw(points: dict[str, pandas.DataFrame]) -> None:
         axes.legend(loc="upper left")
 
 
-def main(arguments: Any = None) -> None:
+def main() -> None:
     """Measures, prints the table, and writes table and figure into the docs if asked."""
-    write = wants_docs(__doc__, PAGE, arguments)
+    write = wants_docs(__doc__, PAGE)
     points = {words: means(scenario) for words, scenario in MISSIONS.items()}
     head = [
         "mission",

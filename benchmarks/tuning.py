@@ -2,30 +2,26 @@
 
 from __future__ import annotations
 
-import os
 import shutil
 from pathlib import Path
-from typing import Any
 
-os.environ.setdefault("MUJOCO_GL", "disable")
-
-from benchmarks.document import DOCS, publish, table, wants_docs  # noqa: E402
-from escort_mj.api import scenarios_folder  # noqa: E402
-from escort_mj.report.figures.studies.tuning import draw_tuning  # noqa: E402
-from escort_mj.study.engine import backends  # noqa: E402
-from escort_mj.study.engine.parallel import cores  # noqa: E402
-from escort_mj.study.search.evaluate import base_of  # noqa: E402
-from escort_mj.study.search.tune import tune_design  # noqa: E402
-from escort_mj.study.search.tuned import rows_of_gains  # noqa: E402
-from escort_mj.study.sweeps.definition import load_study  # noqa: E402
-from escort_mj.study.sweeps.design import Design  # noqa: E402
+from benchmarks.document import DOCS, publish, table, wants_docs
+from escort_mj.api import scenarios_folder
+from escort_mj.report.figures.studies.tuning import draw_tuning
+from escort_mj.study.engine import backends
+from escort_mj.study.engine.parallel import cores
+from escort_mj.study.search.evaluate import base_of
+from escort_mj.study.search.tune import tune_design
+from escort_mj.study.search.tuned import rows_of_gains
+from escort_mj.study.sweeps.definition import load_study
+from escort_mj.study.sweeps.design import Design
 
 PAGE, STUDY = "tuning.md", "tune_apd_smc"
 
 
-def main(arguments: Any = None) -> None:
+def main() -> None:
     """Tunes, or finds the runs of an earlier time; writes tables and figure into the docs if asked."""
-    write = wants_docs(__doc__, PAGE, arguments)
+    write = wants_docs(__doc__, PAGE)
     design = Design(load_study(scenarios_folder() / "studies" / f"{STUDY}.yaml"), scenarios_folder())
     out, section = Path("renders") / "studies" / STUDY, design.study.tune
     assert section is not None, "the study tunes"

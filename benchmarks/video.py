@@ -21,7 +21,7 @@ os.environ["MUJOCO_GL"] = BACKEND or "disable"
 import mujoco  # noqa: E402
 import numpy as np  # noqa: E402
 
-from benchmarks.document import publish, table, wants_docs  # noqa: E402
+from benchmarks.document import measure_page, table  # noqa: E402
 from benchmarks.paired import alternate, paired  # noqa: E402
 from escort_mj import api  # noqa: E402
 from escort_mj.record.folder import RunFolder, read_run  # noqa: E402
@@ -178,9 +178,8 @@ def otherwise(folder: Path) -> list[str]:
     return [f"{1e3 * float(np.median(times[way])) / len(MOMENTS):.0f}" for way in WAYS]
 
 
-def main(arguments: Any = None) -> None:
+def tables() -> dict[str, str]:
     """Measures every mission."""
-    write = wants_docs(__doc__, PAGE, arguments)
     if BACKEND is None:
         raise SystemExit(f"nothing can be drawn on this machine: {WHY}")
     parts, ways = [], []
@@ -195,9 +194,8 @@ def main(arguments: Any = None) -> None:
             ways.append(way)
     heads = ["", "rendering [ms]", "marks, Python [ms]", "marks, total [ms]", "text [ms]"]
     heads += ["to the encoder [ms]", "ratio"]
-    tables = {"frame": table(heads, parts), "ways": table(["frame [ms]", *WAYS], ways)}
-    publish(PAGE, tables, write)
+    return {"frame": table(heads, parts), "ways": table(["frame [ms]", *WAYS], ways)}
 
 
 if __name__ == "__main__":
-    main()
+    measure_page(__doc__, PAGE, tables)

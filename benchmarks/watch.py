@@ -16,7 +16,7 @@ import mujoco
 import numpy as np
 
 from benchmarks.bare import STATE
-from benchmarks.document import table
+from benchmarks.document import table_of
 from benchmarks.loop import WARM_UP
 from benchmarks.paired import alternate, effort, paired
 from escort_mj.api import load_scenario
@@ -64,7 +64,7 @@ def compare(scenario: str, overrides: list[str], steps: int, rounds: int = 31) -
 
     Returns:
         Medians over rounds: time a step [us] with (`watched`) and without (`blind`), their paired difference
-        as a share of the loop, contacts in the last step, and contacts that the log had no room for.
+        as a `percent`age of the loop, contacts in the last step, and contacts that the log had no room for.
     """
     world = build(load_scenario(scenario, overrides))
     plant = Plant(world)
@@ -90,7 +90,7 @@ def compare(scenario: str, overrides: list[str], steps: int, rounds: int = 31) -
     return {
         "watched": float(np.median(watched)),
         "blind": float(np.median(blind)),
-        "share": float(np.median(1.0 - blind / watched)),
+        "percent": 100.0 * float(np.median(1.0 - blind / watched)),
         "contacts": int(plant.data.ncon),
         "untold": float(plant.state.contacts_untold[0]),
     }
@@ -131,35 +131,25 @@ def measure() -> list[dict[str, Any]]:
     return [*watched, *(expecting(scenario) for scenario in EXPECTING)]
 
 
+WATCHED = {
+    "case": "{case}",
+    "without [us]": "{blind:.2f}",
+    "with [us]": "{watched:.2f}",
+    "share of the loop": "**{percent:.1f} %**",
+    "contacts at the end": "{contacts}",
+}
+EXPECTED = {
+    "scenario": "`{scenario}`",
+    "expectations": "{expectations}",
+    "without [us]": "{not_expecting:.2f}",
+    "with [us]": "{expecting:.2f}",
+    "with / without": "**{ratio:.2f}**",
+}
+
+
 def tables(rows: list[dict[str, Any]]) -> dict[str, str]:
-    """What was measured, as a table."""
-    cells = [
-        [
-            row["case"],
-            f"{row['blind']:.2f}",
-            f"{row['watched']:.2f}",
-            f"**{100 * row['share']:.1f} %**",
-            str(row["contacts"]),
-        ]
-        for row in rows
-        if "case" in row
-    ]
-    asked = [
-        [
-            f"`{row['scenario']}`",
-            str(row["expectations"]),
-            f"{row['not_expecting']:.2f}",
-            f"{row['expecting']:.2f}",
-            f"**{row['ratio']:.2f}**",
-        ]
-        for row in rows
-        if "scenario" in row
-    ]
+    """What was measured, as tables."""
     return {
-        "watch": table(
-            ["case", "without [us]", "with [us]", "share of the loop", "contacts at the end"], cells
-        ),
-        "expecting": table(
-            ["scenario", "expectations", "without [us]", "with [us]", "with / without"], asked
-        ),
+        "watch": table_of((row for row in rows if "case" in row), WATCHED),
+        "expecting": table_of((row for row in rows if "scenario" in row), EXPECTED),
     }

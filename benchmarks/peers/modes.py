@@ -1,8 +1,11 @@
-"""The peers, the ways they are used here, and what differs from ours in what they compute."""
+"""The peers, the ways they are used here, and what differs from ours in what they compute: `modes.yaml`."""
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import NamedTuple
+
+from ruamel.yaml import YAML
 
 SIZES = (5, 50, 500)
 
@@ -39,142 +42,5 @@ class Mode(NamedTuple):
     many: bool = False
 
 
-DRONES, BALLS, DISCS, CARTS, FLOW = (
-    "rigid quadrotors, 6 degrees of freedom",
-    "rigid balls, 6 degrees of freedom",
-    "discs with mass and drag, 2 degrees of freedom",
-    "kinematic discs",
-    "rigid quadrotors with rotor dynamics, 6 degrees of freedom",
-)
-SOLVED, PUSHED, MOVED, NONE = (
-    "constraint solver",
-    "penalty forces",
-    "separated after each step",
-    "none: drones pass through each other",
-)
-MODES = (
-    Mode(
-        "gym_pybullet_drones",
-        "pid",
-        "gym-pybullet-drones",
-        True,
-        "quadrotor",
-        3,
-        DRONES,
-        SOLVED,
-        "its PID, in Python for each drone, at 48 Hz",
-        "double",
-    ),
-    Mode(
-        "gym_pybullet_drones",
-        "constant",
-        "gym-pybullet-drones, no control",
-        False,
-        "quadrotor",
-        3,
-        DRONES,
-        SOLVED,
-        "none: constant rotor speeds",
-        "double",
-    ),
-    Mode(
-        "pybullet",
-        "controlled",
-        "PyBullet",
-        True,
-        "point_mass",
-        3,
-        BALLS,
-        SOLVED,
-        "a PD law in NumPy at each step",
-        "double",
-    ),
-    Mode(
-        "crazyflow",
-        "stepped",
-        "crazyflow, step by step",
-        True,
-        "quadrotor",
-        3,
-        FLOW,
-        NONE,
-        "its Mellinger controller, commanded from Python at each step",
-        "single",
-    ),
-    Mode(
-        "crazyflow",
-        "compiled",
-        "crazyflow, all in JAX",
-        True,
-        "quadrotor",
-        3,
-        FLOW,
-        NONE,
-        "its Mellinger controller, commanded in the compiled loop",
-        "single",
-    ),
-    Mode(
-        "crazyflow",
-        "worlds",
-        "crazyflow, all in JAX, 1024 worlds",
-        True,
-        "quadrotor",
-        3,
-        FLOW,
-        NONE,
-        "the same",
-        "single",
-        (5,),
-        True,
-    ),
-    Mode(
-        "vmas",
-        "one",
-        "VMAS",
-        True,
-        "point_mass",
-        2,
-        DISCS,
-        PUSHED,
-        "a PD law in PyTorch at each step",
-        "single",
-    ),
-    Mode(
-        "vmas",
-        "worlds",
-        "VMAS, 1024 worlds",
-        True,
-        "point_mass",
-        2,
-        DISCS,
-        PUSHED,
-        "the same",
-        "single",
-        (5,),
-        True,
-    ),
-    Mode(
-        "irsim",
-        "velocities",
-        "IR-SIM",
-        False,
-        "point_mass",
-        2,
-        CARTS,
-        MOVED,
-        "a velocity law in NumPy at each step",
-        "double",
-    ),
-    Mode(
-        "irsim",
-        "rvo",
-        "IR-SIM, its RVO",
-        False,
-        "point_mass",
-        2,
-        CARTS,
-        MOVED,
-        "its reciprocal velocity obstacles",
-        "double",
-    ),
-)
+_FOUND = YAML(typ="safe").load(Path(__file__).with_suffix(".yaml"))
+MODES = tuple(Mode(**one | {"sizes": tuple(one.get("sizes", SIZES))}) for one in _FOUND)
