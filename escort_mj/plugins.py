@@ -6,6 +6,7 @@ from escort_mj.behaviors.behavior import Avoidance, Behavior
 from escort_mj.behaviors.robots import Robots
 from escort_mj.behaviors.task import Inequality, Task, across, at_least, both, keep, keep_distance, move, only
 from escort_mj.components.equations import Memory
+from escort_mj.components.facts import Facts, Misfit
 from escort_mj.components.parameters import Vector
 from escort_mj.disturbances import Disturbance
 from escort_mj.disturbances.disturbance import Robots as TrueRobots
@@ -38,11 +39,13 @@ __all__ = [
     "Disturbance",
     "Estimator",
     "Expectation",
+    "Facts",
     "Failure",
     "Judgment",
     "Law",
     "Memory",
     "Measure",
+    "Misfit",
     "Policy",
     "Radio",
     "RobotKind",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
@@ -10,8 +11,10 @@ from pydantic import PositiveFloat
 from escort_mj.behaviors.behavior import Behavior
 from escort_mj.behaviors.robots import Robots
 from escort_mj.behaviors.task import Task, both, keep_distance
+from escort_mj.components.facts import Facts, Misfit
 from escort_mj.components.setup import MissionSetup
 from escort_mj.native.fields import Array, Fields, Value
+from escort_mj.numerics.formation import chords_exist
 
 
 class ChordParameters(Fields):
@@ -48,6 +51,29 @@ class Chords(Behavior):
     """Gain of the task error [1/s] (paper: Lambda_2)."""
     order: tuple[int, ...] | None = None
     """Order of the robots (from 1) along the formation; null: determined from their initial positions."""
+
+    def misfits(self, mission: Facts) -> Iterator[Misfit]:
+        """Yield robots or axes of which it has no formation, and robots that cannot keep one."""
+        axes, count = mission.axes, mission.count
+        if not chords_exist(count, axes):
+            needed = {2: "at least 2 robots, or ", 3: "6 robots, or "}.get(axes, "")
+            words = f"chords has no even formation of {count} robots in {axes} axes; expected {needed}"
+            words += "vertices or repulsion, which spread any number, in its place"
+            because = (("robots", "count"), ("robots", "positions"), ("mission", "behaviors"), ("axes",))
+            yield Misfit(words, "", because)
+        if self.order is not None and sorted(self.order) != list(range(1, count + 1)):
+            yield Misfit(
+                f"found {list(self.order)[:20]}; expected each robot from 1 to {count} once", "order"
+            )
+        if mission.failures and axes != 2:
+            words = f"chords has no formation in {axes} axes for the robots that failures leave; "
+            yield Misfit(words + "expected vertices in its place", "", (("robots", "failures"),))
+        if mission.teams:
+            words = "keeps one formation of all robots; with teams expected vertices, repulsion or spacing"
+            yield Misfit(words, "", (("teams",),))
+        elif mission.heard:
+            words = "keeps chords to robots that it may not hear; expected vertices or repulsion"
+            yield Misfit(words, "", (("communication",),))
 
     def task(self, r: Robots) -> Task:
         """Return eq. 4 of each cycle: sigma = |q_i - q_j|^2 / 2, j before i, is to become length^2 / 2."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
@@ -11,6 +12,7 @@ from pydantic import Field
 from escort_mj.behaviors.goal import Headed, toward_goal
 from escort_mj.behaviors.robots import Robots
 from escort_mj.behaviors.task import Task
+from escort_mj.components.facts import Facts, Misfit
 from escort_mj.components.parameters import OfTime, Vector
 from escort_mj.components.setup import MissionSetup
 from escort_mj.components.waypoint import Waypoint
@@ -74,6 +76,21 @@ class Formation(Headed):
     for the direction in which the frame moves."""
     scale: OfTime = 1.0
     """Factor by which the offsets are multiplied [1]: a number, or an expression in t."""
+
+    def misfits(self, mission: Facts) -> Iterator[Misfit]:
+        """Yield two ways or none by which the frame would move."""
+        if self.position is not None and self.waypoints is not None:
+            yield Misfit("found both position and waypoints; give one of them")
+        if not self.follows:
+            return
+        if mission.teams:
+            yield Misfit("follows one target; with teams, give position", "", (("teams",),))
+        elif not mission.target:
+            words = "found a formation that goes with the target; this mission has none: give position"
+            yield Misfit(words, "", (("target",),))
+        elif mission.known_by:
+            words = "follows the target as one frame for all; each robot knows the target by itself"
+            yield Misfit(f"{words}: give position, or use vertices", "", ((mission.known_by,),))
 
     def task(self, r: Robots) -> Task:
         """Return the task toward the robot's place in the frame."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any, ClassVar, Literal
 
 from pydantic import PositiveFloat
@@ -10,6 +11,7 @@ from escort_mj.behaviors.behavior import Behavior
 from escort_mj.behaviors.guard import guarding
 from escort_mj.behaviors.robots import Robots
 from escort_mj.behaviors.task import Task, move
+from escort_mj.components.facts import Facts, Misfit
 from escort_mj.components.parameters import UNLIMITED
 from escort_mj.components.setup import MissionSetup
 from escort_mj.native.lanes import everywhere, greatest, least, root
@@ -58,6 +60,11 @@ class Intercept(Behavior):
             "within": self.within,
             "gain": self.gain,
         }
+
+    def misfits(self, mission: Facts) -> Iterator[Misfit]:
+        """Yield a speed that nothing tells."""
+        if self.speed is None and mission.max_speed is None:
+            yield Misfit("found intercept without a speed; give speed or mission.max_speed")
 
     @property
     def guards(self) -> bool:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import PositiveFloat
@@ -10,6 +11,7 @@ from pydantic import PositiveFloat
 from escort_mj.behaviors.behavior import Behavior
 from escort_mj.behaviors.robots import Robots
 from escort_mj.behaviors.task import Task, along, keep_distance
+from escort_mj.components.facts import Facts, Misfit
 from escort_mj.components.obstacles import obstacles_seen
 from escort_mj.components.parameters import OfTime
 from escort_mj.components.setup import MissionSetup
@@ -75,6 +77,21 @@ class Surface(Behavior):
     least: PositiveFloat | None = None
     """Smallest radius to which the formation shrinks [m]; null: the smallest that bodies and safe distances
     allow."""
+
+    def misfits(self, mission: Facts) -> Iterator[Misfit]:
+        """Yield a radius that the mission leaves no choice of."""
+        shrinks = "shrinks for the room around the target"
+        if mission.teams and (self.has_own_radius or self.least is not None):
+            words = "has a radius of its own; with teams, each team has its radius"
+            yield Misfit(words, "", (("teams",),))
+        if self.fit and mission.known_by and not mission.teams:
+            words = f"{shrinks}, which each robot knows by itself; expected no fit"
+            yield Misfit(words, "fit", ((mission.known_by,),))
+        if self.fit and mission.lidar:
+            words = f"{shrinks}, which a lidar does not show; expected no fit"
+            yield Misfit(words, "fit", (("sensing", "lidar"),))
+        if self.least is not None and not self.fit:
+            yield Misfit("found a smallest radius without fit: true", "least")
 
     @classmethod
     def numbers(cls) -> dict[str, type]:

@@ -8,6 +8,7 @@ is the paper's condition for tasks without conflict (eq. 19).
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
@@ -16,6 +17,7 @@ from pydantic import PositiveFloat
 from escort_mj.behaviors.behavior import Behavior
 from escort_mj.behaviors.robots import Robots
 from escort_mj.behaviors.task import Task, across, speed_error, without
+from escort_mj.components.facts import Facts, Misfit
 from escort_mj.components.setup import MissionSetup
 from escort_mj.knowledge.auction import know_vertices
 from escort_mj.knowledge.belief import target_place
@@ -71,6 +73,18 @@ class Vertices(Behavior):
     the robots themselves, which exchange bids (`auction`)."""
 
     python_only: ClassVar[frozenset[str]] = frozenset({"assignment"})
+
+    def misfits(self, mission: Facts) -> Iterator[Misfit]:
+        """Yield figures that the team cannot form, and bids that nobody hears."""
+        if mission.teams and self.bids:
+            words = "assigns the vertices of one formation of all robots; with teams expected nearest"
+            yield Misfit(words, "", (("teams",),))
+        elif not mission.teams and self.bids and not mission.heard:
+            words = "found auction without communication, by which robots bid; expected nearest"
+            yield Misfit(words, "assignment")
+        if not mission.teams and mission.known_by and mission.failures:
+            words = "the team re-forms as one, but each robot has a figure of its own; expected repulsion"
+            yield Misfit(words, "", (("robots", "failures"), (mission.known_by,)))
 
     @property
     def bids(self) -> bool:

@@ -1,12 +1,13 @@
 """Components whose methods are equations between values, and numbers of their own that go with these."""
 
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
 from escort_mj.components.component import Component
+from escort_mj.components.facts import Facts, Misfit
 from escort_mj.components.parameters import Member
 from escort_mj.native.values import Names
 from escort_mj.native.vectors import Vec
@@ -75,6 +76,10 @@ class Equations(Component):
             equations: What `equations()` returns, made so.
         """
         raise NotImplementedError
+
+    def misfits(self, mission: Facts) -> Iterator[Misfit]:
+        """Yield what of it does not fit a mission; by default nothing."""
+        yield from ()
 
     def over_arrays(self, view: Any) -> Callable[[], None] | None:
         """Return what evaluates the equations in Python for all robots at once; None where nothing does."""

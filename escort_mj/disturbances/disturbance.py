@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from functools import cache
 from typing import Annotated, Any, ClassVar, NamedTuple
 
@@ -114,10 +114,6 @@ class Disturbance(Equations):
     def of_time(self) -> tuple[float | str, ...]:
         """Return the force as functions of time alone, one per axis, in place of an equation [N]."""
         return ()
-
-    def misfits(self, axes: int) -> Iterator[tuple[str, str]]:
-        """Yield the keys that do not fit a mission of so many axes, and why; by default none."""
-        yield from ()
 
     @classmethod
     def robots(cls) -> type[Robots]:

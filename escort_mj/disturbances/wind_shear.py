@@ -8,6 +8,7 @@ import numpy as np
 from pydantic import NonNegativeFloat, PositiveFloat
 
 from escort_mj.components.equations import Memory
+from escort_mj.components.facts import Facts, Misfit
 from escort_mj.disturbances.disturbance import Disturbance, Robots
 from escort_mj.native.vectors import Vec, norm, quarter_turn, unit_axis
 
@@ -69,10 +70,8 @@ class WindShear(Disturbance):
         drawn = r.common_noise if self.common else r.noise
         return ((kept - 1.0) * r.gust + self.gusts * math.sqrt(1.0 - kept * kept) * drawn) / r.timestep
 
-    def misfits(self, axes: int) -> Iterator[tuple[str, str]]:
+    def misfits(self, mission: Facts) -> Iterator[Misfit]:
         """Yield what makes the logarithm vanish."""
         if self.profile == "logarithmic" and self.roughness >= self.reference:
-            yield (
-                "roughness",
-                f"found {self.roughness:g} m; expected less than reference, {self.reference:g} m",
-            )
+            words = f"found {self.roughness:g} m; expected less than reference, {self.reference:g} m"
+            yield Misfit(words, "roughness")

@@ -87,14 +87,6 @@ class Failure(Equations):
         """
         raise NotImplementedError
 
-    def misfits(self, force_limit: float | None) -> Iterator[str]:
-        """Yield what of it does not fit its robot, in words; by default nothing.
-
-        Args:
-            force_limit: Largest force per axis of the robot [N]; None for none.
-        """
-        yield from ()
-
     @classmethod
     def evaluation(cls, made: Call, equations: Mapping[str, Call]) -> Call:
         """Return what writes the command of the motors of one robot: `(parameters, view, robot)`."""

@@ -5,6 +5,7 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field, PositiveFloat
 
+from escort_mj.components.facts import Facts, Misfit
 from escort_mj.components.setup import MissionSetup
 from escort_mj.failures.failure import Failure
 from escort_mj.native.values import Values
@@ -44,10 +45,10 @@ class Mad(Failure):
         """Return forces that are uniform between the bounds."""
         return self.force * r.draw
 
-    def misfits(self, force_limit: float | None) -> Iterator[str]:
+    def misfits(self, mission: Facts) -> Iterator[Misfit]:
         """Yield that it has no bound, where neither it nor its robot has."""
-        if self.force is None and force_limit is None:
-            yield f"robot {self.robot} has no force_limit; give the force of its madness"
+        if self.force is None and None in mission.force_limits[self.robot - 1 : self.robot]:
+            yield Misfit(f"robot {self.robot} has no force_limit; give the force of its madness")
 
     def packed(self, setup: MissionSetup | None = None) -> dict[str, Any]:
         """Return its parameters as numbers, with the force limit of its robot where it has none."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from itertools import chain, pairwise
 from typing import Annotated, Any, ClassVar, Literal
 
@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from escort_mj.components.equations import Memory
+from escort_mj.components.facts import Facts, Misfit
 from escort_mj.components.parameters import Parameters
 from escort_mj.native.fields import Array
 from escort_mj.native.kernels import inlined, stack_memory, vector_at
@@ -70,6 +71,19 @@ class Learned(Policy):
     weights_2 and so on."""
     interval: Annotated[float, Field(ge=0.0, le=1e3)] = 0.02
     """Time between evaluations of the network [s]."""
+
+    def misfits(self, mission: Facts) -> Iterator[Misfit]:
+        """Yield a network of other inputs and outputs, or none."""
+        if not self.network:
+            yield Misfit("found none; give the name of a .npz file with one", "network")
+            return
+        axes, needed = mission.axes, inputs(mission.axes)
+        given, answered = len(self.network[0].weights[0]), len(self.network[-1].weights)
+        if (given, answered) != (needed, axes):
+            words = (
+                f"found {given} inputs and {answered} outputs; expected {needed} and {axes} in {axes} axes"
+            )
+            yield Misfit(words, "network")
 
     @model_validator(mode="after")
     def _chained(self) -> Learned:

@@ -6,6 +6,7 @@ from typing import Any, ClassVar, Literal
 
 from pydantic import NonNegativeFloat, PositiveFloat
 
+from escort_mj.components.facts import Facts, Misfit
 from escort_mj.native.values import Values
 from escort_mj.radios.radio import Radio
 
@@ -31,12 +32,12 @@ class Periodic(Radio):
         """Return the mean time between two messages of a robot [s]."""
         return timestep if self.rate is None else 1.0 / self.rate
 
-    def misfits(self, timestep: float) -> Iterator[tuple[str, str]]:
+    def misfits(self, mission: Facts) -> Iterator[Misfit]:
         """Yield a delay with which a message would be due before the one before it."""
-        most = self.period(timestep, 1) - timestep
-        if self.jitter > most + 0.5 * timestep:
+        most = self.period(mission.timestep, 1) - mission.timestep
+        if self.jitter > most + 0.5 * mission.timestep:
             words = "a step less than the time between two messages"
-            yield "jitter", f"found {self.jitter:g} s; expected at most {most:g} s, {words}"
+            yield Misfit(f"found {self.jitter:g} s; expected at most {most:g} s, {words}", "jitter")
 
     @property
     def longest(self) -> float:

@@ -1,7 +1,7 @@
 """Base of radios: who can hear whom, when each robot sends, and what becomes of its messages."""
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from typing import Annotated, Any, ClassVar, Literal, NamedTuple, TypeAlias
 
 import numpy as np
@@ -239,10 +239,6 @@ class Radio(Equations):
             robots: How many there are.
         """
         return timestep
-
-    def misfits(self, timestep: float) -> Iterator[tuple[str, str]]:
-        """Yield the keys that do not fit a physics step [s], and why; by default none."""
-        yield from ()
 
     @property
     def longest(self) -> float:

@@ -15,8 +15,6 @@ def check_disturbances(mission: Mission) -> Iterator[Finding]:
     scenario = mission.scenario
     for index, each in enumerate(scenario.uncertainty.disturbances):
         path: Path = ("uncertainty", "disturbances", index)
-        for key, words in each.misfits(scenario.axes):
-            yield Finding((*path, key), words)
         place = (*path, "per_axis") if isinstance(each, Expressions) else path
         force = each.of_time
         if len(force) != scenario.axes and (force or type(each).force is Disturbance.force):

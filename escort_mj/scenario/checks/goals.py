@@ -46,7 +46,7 @@ def check_target(mission: Mission) -> Iterator[Finding]:
 
 
 def check_formations(mission: Mission) -> Iterator[Finding]:
-    """Formations have an offset for each robot, and one frame."""
+    """Formations have an offset for each robot, and waypoints in order."""
     scenario = mission.scenario
     count = mission.count
     for path, formation in behaviors_of(scenario):
@@ -55,11 +55,6 @@ def check_formations(mission: Mission) -> Iterator[Finding]:
         if len(formation.offsets) != count:
             words = f"found {len(formation.offsets)} entries; expected {count}, one for each robot"
             yield Finding((*path, "offsets"), words, related=(("robots", "count"), ("robots", "positions")))
-        if formation.position is not None and formation.waypoints is not None:
-            yield Finding(path, "found both position and waypoints; give one of them")
-        if formation.follows and scenario.target is None:
-            words = "found a formation that goes with the target; this mission has none: give position"
-            yield Finding(path, words, related=(("target",),))
         yield from check_order((*path, "waypoints"), formation.waypoints or ())
 
 

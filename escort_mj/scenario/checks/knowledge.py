@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 
-from escort_mj.behaviors import AvoidObstacles, Chords, Formation, Surface, Vertices
+from escort_mj.behaviors import AvoidObstacles
 from escort_mj.behaviors.avoid_obstacles import HEARD
 from escort_mj.knowledge.sight import TargetSight
 from escort_mj.radios.radio import Edges, Loss, Nearest
@@ -22,7 +22,7 @@ MAX_LINKS = 64 * 2**20  # bytes of messages that are kept
 
 
 def check_known(mission: Mission) -> Iterator[Finding]:
-    """There is a target to know of, and the behaviors need no more than robots know."""
+    """There is a target to know of."""
     scenario = mission.scenario
     knowledge, communication = scenario.knowledge, scenario.communication
     if knowledge is None and communication is None:
@@ -31,21 +31,6 @@ def check_known(mission: Mission) -> Iterator[Finding]:
     if scenario.target is None and not scenario.teams:
         words = "found a mission without a target; robots share only what they know of a target"
         yield Finding(table, words, related=(("target",),))
-    for path, behavior in behaviors_of(scenario) if not scenario.teams else ():  # with teams: check_one_team
-        if isinstance(behavior, Formation) and behavior.follows:
-            words = "follows the target as one frame for all; each robot knows the target by itself"
-            yield Finding(path, f"{words}: give position, or use vertices", related=(table,))
-        if isinstance(behavior, Surface) and behavior.fit:
-            words = (
-                "shrinks for the room around the target, which each robot knows by itself; expected no fit"
-            )
-            yield Finding((*path, "fit"), words, related=(table,))
-        if isinstance(behavior, Chords) and communication is not None:
-            words = "keeps chords to robots that it may not hear; expected vertices or repulsion"
-            yield Finding(path, words, related=(("communication",),))
-        if isinstance(behavior, Vertices) and scenario.robots.failures:
-            words = "the team re-forms as one, but each robot has a figure of its own; expected repulsion"
-            yield Finding(path, words, related=(("robots", "failures"), table))
 
 
 def check_heard(mission: Mission) -> Iterator[Finding]:
@@ -76,15 +61,6 @@ def check_heard(mission: Mission) -> Iterator[Finding]:
                 f"teammates that are heard; expected at least {least:g} m",
                 related=(path,),
             )
-
-
-def check_auctions(mission: Mission) -> Iterator[Finding]:
-    """Robots that bid for vertices can tell each other what they bid."""
-    scenario = mission.scenario
-    for path, behavior in behaviors_of(scenario):
-        if behavior.bids and scenario.communication is None and not scenario.teams:
-            words = "found auction without communication, by which robots bid; expected nearest"
-            yield Finding((*path, "assignment"), words)
 
 
 def check_target_sight(mission: Mission) -> Iterator[Finding]:
@@ -173,8 +149,6 @@ def check_communication(mission: Mission) -> Iterator[Finding]:
             yield from _numbers(scenario, (*place, "groups", number), group)
         if twice := sorted({robot for robot in members if members.count(robot) > 1}):
             yield Finding((*place, "groups"), f"found robot {twice[0]} in two groups; expected one")
-    for key, words in communication.misfits(scenario.physics.timestep):
-        yield Finding((*path, key), words)
     yield from _on_their_way(scenario, path)
 
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from escort_mj.behaviors import AvoidObstacles, Behavior, Chords, Intercept
+from escort_mj.behaviors import AvoidObstacles, Behavior, Chords
 from escort_mj.laws import Law
-from escort_mj.numerics.formation import chords_exist, widest_spacing
+from escort_mj.numerics.formation import widest_spacing
 from escort_mj.rules import Rule
 from escort_mj.scenario.findings import Finding, Path, key_path
 from escort_mj.scenario.geometry.placement import robot_count
@@ -38,7 +38,7 @@ def laws_of(scenario: Scenario) -> Iterator[tuple[Path, Law]]:
 
 
 def check_behaviors(mission: Mission) -> Iterator[Finding]:
-    """Each behavior at most once in a priority stack, chords in one order only, interception at a speed."""
+    """Each behavior at most once in a priority stack, chords in one order only."""
     scenario = mission.scenario
     for path, stack in _stacks(scenario):
         seen: set[str] = set()
@@ -46,9 +46,6 @@ def check_behaviors(mission: Mission) -> Iterator[Finding]:
             if behavior.behavior in seen:
                 yield Finding((*path, index), f"found {behavior.behavior} a second time")
             seen.add(behavior.behavior)
-    for path, behavior in behaviors_of(scenario):
-        if isinstance(behavior, Intercept) and behavior.speed is None and scenario.mission.max_speed is None:
-            yield Finding(path, "found intercept without a speed; give speed or mission.max_speed")
     orders = [(path, b.order) for path, b in behaviors_of(scenario) if isinstance(b, Chords)]
     for path, order in orders[1:]:
         if order != orders[0][1]:
@@ -121,7 +118,7 @@ def _check_condition(mission: Mission, when: Rule, path: Path) -> Iterator[Findi
 def check_formation(mission: Mission) -> Iterator[Finding]:
     """The behaviors suit the number of robots and their size."""
     scenario = mission.scenario
-    count, axes, own = mission.count, scenario.axes, scenario.mission.radius
+    axes, own = scenario.axes, scenario.mission.radius
     behaviors = list(behaviors_of(scenario))
     robot_radius = max([scenario.robots.radius, *(o.radius or 0.0 for o in scenario.robots.overrides)])
     body = robot_radius if scenario.target is None else scenario.target.radius + robot_radius
@@ -141,22 +138,6 @@ def check_formation(mission: Mission) -> Iterator[Finding]:
                 f"found {radius:g} m, which puts neighbors {between:.3g} m apart; expected more than "
                 f"their diameter, {2.0 * robot_radius:g} m",
                 related=(("mission", "radius"), ("robots", "radius"), ("robots", "count")),
-            )
-    for path, chords in behaviors:
-        if not isinstance(chords, Chords):
-            continue
-        if not chords_exist(count, axes):
-            needed = {2: "at least 2 robots, or ", 3: "6 robots, or "}.get(axes, "")
-            yield Finding(
-                path,
-                f"chords has no even formation of {count} robots in {axes} axes; expected {needed}"
-                "vertices or repulsion, which spread any number, in its place",
-                related=(("robots", "count"), ("robots", "positions"), ("mission", "behaviors"), ("axes",)),
-            )
-        if chords.order is not None and sorted(chords.order) != list(range(1, count + 1)):
-            yield Finding(
-                (*path, "order"),
-                f"found {list(chords.order)[:20]}; expected each robot from 1 to {count} once",
             )
     for path, avoid in behaviors:
         if not isinstance(avoid, AvoidObstacles) or avoid.teammate_distance is None:

@@ -46,8 +46,6 @@ def check_radii(mission: Mission) -> Iterator[Finding]:
             if isinstance(value, float) and value <= body:
                 words = f"found {value:g} m, inside the target's body; expected more than {body:g} m"
                 yield Finding((*path, name), words, related=(("target", "radius"), ("robots", "radius")))
-        if surface.least is not None and not surface.fit:
-            yield Finding((*path, "least"), "found a smallest radius without fit: true")
         whole = scenario.mission.radius if surface.radius is None else surface.radius
         if surface.least is not None and isinstance(whole, float) and not scenario.teams:
             if surface.least > whole:

@@ -7,8 +7,7 @@ from collections.abc import Iterator, Sequence
 from escort_mj.behaviors import Behavior
 from escort_mj.numerics.program import Op
 from escort_mj.policies.follow import Follow
-from escort_mj.policies.learned import Learned, inputs
-from escort_mj.policies.policy import Policy
+from escort_mj.policies.learned import Learned
 from escort_mj.scenario.checks.obstacles import check_drive
 from escort_mj.scenario.findings import Finding, Path, did_you_mean, shown
 from escort_mj.scenario.mission import Mission
@@ -29,11 +28,6 @@ def check_policy(mission: Mission) -> Iterator[Finding]:
     ]
     if scenario.target is not None:
         targets.append((("target",), scenario.target))
-    owners: list[tuple[Path, Policy | None]] = [(path, target.policy) for path, target in targets]
-    owners += [(("opponents", k), group.policy) for k, group in enumerate(scenario.opponents)]
-    for path, policy in owners:
-        if isinstance(policy, Learned) and (words := _unfit(policy, scenario.axes)):
-            yield Finding((*path, "policy", "network"), words)
     for path, target in targets:
         if target.policy is None:
             continue
@@ -78,16 +72,6 @@ def check_leaders(mission: Mission) -> Iterator[Finding]:
                 f"found {policy.distance:g} m between centers; expected more than {least:.4g} m, both radii"
             )
             yield Finding((*path, "policy", "distance"), words)
-
-
-def _unfit(policy: Learned, axes: int) -> str:
-    """Return why a network does not fit a mission; empty if it does."""
-    if not policy.network:
-        return "found none; give the name of a .npz file with one"
-    given, answered = len(policy.network[0].weights[0]), len(policy.network[-1].weights)
-    if (given, answered) == (inputs(axes), axes):
-        return ""
-    return f"found {given} inputs and {answered} outputs; expected {inputs(axes)} and {axes} in {axes} axes"
 
 
 def _moving(target: Target | TeamTarget) -> list[int]:

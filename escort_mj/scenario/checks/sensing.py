@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from escort_mj.behaviors import AvoidObstacles, Surface
+from escort_mj.behaviors import AvoidObstacles
 from escort_mj.behaviors.avoid_obstacles import HEARD
 from escort_mj.scenario.checks.knowledge import HEADLESS, whole_steps, whole_time
 from escort_mj.scenario.checks.mission import behaviors_of
@@ -65,9 +65,6 @@ def check_lidar(mission: Mission) -> Iterator[Finding]:
         yield Finding(path, f"found a lidar in {scenario.axes} axes; expected null, or axes 2 or 3")
     yield from whole_steps(scenario, (*path, "rate"), lidar.rate)
     for place, behavior in behaviors_of(scenario):
-        if isinstance(behavior, Surface) and behavior.fit:
-            words = "shrinks for the room around the target, which a lidar does not show; expected no fit"
-            yield Finding((*place, "fit"), words, related=(path,))
         if lidar.range < (least := behavior.keeps_off(scenario.robots.largest_radius)):
             yield Finding(
                 (*path, "range"),

@@ -7,7 +7,6 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from escort_mj.behaviors import Chords, Formation, Surface
 from escort_mj.laws import LAWS
 from escort_mj.scenario.checks.mission import behaviors_of, laws_of
 from escort_mj.scenario.checks.motion import check_order
@@ -139,18 +138,6 @@ def check_one_team(mission: Mission) -> Iterator[Finding]:
         if getattr(scenario.sensing, name) != type(scenario.sensing)().target_position:
             words = "found errors; expected none with teams; knowledge.target has errors of its own"
             yield Finding(("sensing", name), words, related=teams)
-    for path, behavior in behaviors_of(scenario):
-        words = ""
-        if isinstance(behavior, Chords):
-            words = "keeps one formation of all robots; with teams expected vertices, repulsion or spacing"
-        elif behavior.bids:
-            words = "assigns the vertices of one formation of all robots; with teams expected nearest"
-        elif isinstance(behavior, Formation) and behavior.follows:
-            words = "follows one target; with teams, give position"
-        elif isinstance(behavior, Surface) and (behavior.has_own_radius or behavior.least is not None):
-            words = "has a radius of its own; with teams, each team has its radius"
-        if words:
-            yield Finding(path, words, related=teams)
     for index, phase in enumerate(scenario.mission.supervisor):
         if phase.when is not None and {"target", "obstacles"}.issubset(phase.when.looks_at):
             words = f"found {phase.when.quantity}; targets of teams are obstacles themselves"

@@ -11,9 +11,9 @@ from escort_mj.numerics.steps import last_step
 from escort_mj.scenario.checks.disturbances import check_disturbances
 from escort_mj.scenario.checks.expectations import check_bounds, check_sides, check_told, check_windows
 from escort_mj.scenario.checks.failures import check_failures
+from escort_mj.scenario.checks.fitting import check_fits
 from escort_mj.scenario.checks.goals import check_formations, check_goals, check_one_way, check_target
 from escort_mj.scenario.checks.knowledge import (
-    check_auctions,
     check_communication,
     check_heard,
     check_known,
@@ -144,6 +144,7 @@ RELATIONS: tuple[tuple[Check, tuple[str, ...]], ...] = (
     (check_sides, ("expect", "axes", "robots", *AROUND)),
     (check_obstacle_names, ("axes", *AROUND)),
     (check_behaviors, ("mission",)),
+    (check_fits, ("axes", "robots", "mission")),  # other parts that are wrong hold defaults
     (check_trigger, ("mission",)),
     (check_guards, ("mission", "opponents")),
     (check_leaders, ("axes", "seed", "target", "robots", *AROUND)),
@@ -171,7 +172,6 @@ RELATIONS: tuple[tuple[Check, tuple[str, ...]], ...] = (
     (check_known, ("knowledge", "communication", "mission", "target", "teams", "robots")),
     (check_heard, ("mission", "communication", "robots")),
     (check_target_sight, ("knowledge", "robots", "teams", "physics", "axes")),
-    (check_auctions, ("mission", "communication", "teams")),
     (check_communication, ("communication", "robots", "physics", "axes")),
     (check_failures, ("axes", "duration", "robots", "mission")),
     (check_clearance, ("axes", "seed", "target", "robots", "mission", *AROUND)),

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Iterator
 from inspect import isfunction
-from typing import Any, get_type_hints
+from typing import Any, get_args, get_type_hints
 
 from escort_mj import stopping
 from escort_mj.behaviors.behavior import Avoidance
@@ -46,7 +46,7 @@ def _guarded(
     def called(own: Any, *arguments: Any, **more: Any) -> Any:
         nonlocal first
         try:
-            returned = step(function, first, lambda: function(own, *arguments, **more))
+            returned = step(function, first, lambda: _whole(function(own, *arguments, **more)))
             first = False
             return _checked(name, returned, wanted)
         except BaseException as error:
@@ -57,6 +57,11 @@ def _guarded(
             raise PluginError(f"the {key} {getattr(own, key)}: {place_of(error, function)}") from error
 
     return called
+
+
+def _whole(returned: Any) -> Any:
+    """What a method returned, or all that it yielded."""
+    return [*returned] if isinstance(returned, Iterator) else returned
 
 
 def _checked(name: str, returned: Any, wanted: Any) -> Any:
@@ -72,6 +77,12 @@ def _checked(name: str, returned: Any, wanted: Any) -> Any:
         number(returned, name, finite=True)
         if name in NOT_NEGATIVE and returned < 0.0:
             raise ValueError(f"{name} returned {returned!r:.80}; expected 0 or more")
+    if name == "misfits":
+        (kind,) = get_args(wanted)
+        found: list[Any] = returned if isinstance(returned, list) else [returned]
+        if wrong := [each for each in found if not isinstance(each, kind)]:
+            raise TypeError(f"{name} yielded {wrong[0]!r:.80}; expected {kind.__name__}(words, ...)")
+        return found
     if name == "avoidance" and returned is not None:
         if not isinstance(returned, Avoidance):
             raise TypeError(f"{name} returned {returned!r:.80}; expected an Avoidance, or None")

@@ -1,0 +1,54 @@
+"""What components say themselves of the mission that they are to take part in."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from pydantic import BaseModel
+
+from escort_mj.components.equations import Equations
+from escort_mj.components.facts import Facts
+from escort_mj.scenario.findings import Finding, Path
+from escort_mj.scenario.mission import Mission
+
+
+def check_fits(mission: Mission) -> Iterator[Finding]:
+    """Each component fits the mission, wherever it stands."""
+    facts = facts_of(mission)
+    for path, component in components_in(mission.scenario):
+        for words, key, because in component.misfits(facts):
+            yield Finding((*path, *filter(None, (key,))), words, related=because)
+
+
+def facts_of(mission: Mission) -> Facts:
+    """Return what components may be made for."""
+    scenario, robots = mission.scenario, mission.scenario.robots
+    limits = dict.fromkeys(range(1, mission.count + 1), robots.force_limit)
+    limits |= {each.robot: each.force_limit for each in robots.overrides if each.force_limit is not None}
+    tables = (name for name in ("knowledge", "communication") if getattr(scenario, name) is not None)
+    return Facts(
+        axes=scenario.axes,
+        count=mission.count,
+        target=scenario.target is not None,
+        teams=bool(scenario.teams),
+        known_by=next(tables, ""),
+        heard=scenario.communication is not None,
+        failures=bool(robots.failures),
+        lidar=scenario.sensing.lidar is not None,
+        max_speed=scenario.mission.max_speed,
+        force_limits=tuple(limits.values()),
+        timestep=scenario.physics.timestep,
+    )
+
+
+def components_in(value: Any, path: Path = ()) -> Iterator[tuple[Path, Equations]]:
+    """Yield the place of each component of a table, and of those within it."""
+    if isinstance(value, Equations):
+        yield path, value
+    if isinstance(value, BaseModel):
+        for name in type(value).model_fields:
+            yield from components_in(getattr(value, name), (*path, name))
+    elif isinstance(value, tuple):
+        for place, each in enumerate(value):
+            yield from components_in(each, (*path, place))
