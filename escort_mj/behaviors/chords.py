@@ -54,7 +54,7 @@ class Chords(Behavior):
 
     def misfits(self, mission: Facts) -> Iterator[Misfit]:
         """Yield robots or axes of which it has no formation, and robots that cannot keep one."""
-        axes, count = mission.axes, mission.count
+        axes, count = mission.axes, mission.robots
         if not chords_exist(count, axes):
             needed = {2: "at least 2 robots, or ", 3: "6 robots, or "}.get(axes, "")
             words = f"chords has no even formation of {count} robots in {axes} axes; expected {needed}"

@@ -10,7 +10,7 @@ class Facts(NamedTuple):
 
     Attributes:
         axes: Dimension of the space.
-        count: Number of robots.
+        robots: Number of robots.
         target: Whether there is one target that all escort.
         teams: Whether there are teams, each with its targets.
         known_by: Table by which each robot knows only what it sees and hears: `knowledge` or
@@ -24,7 +24,7 @@ class Facts(NamedTuple):
     """
 
     axes: int
-    count: int
+    robots: int
     target: bool
     teams: bool
     known_by: str

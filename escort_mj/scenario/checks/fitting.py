@@ -29,7 +29,7 @@ def facts_of(mission: Mission) -> Facts:
     tables = (name for name in ("knowledge", "communication") if getattr(scenario, name) is not None)
     return Facts(
         axes=scenario.axes,
-        count=mission.count,
+        robots=mission.count,
         target=scenario.target is not None,
         teams=bool(scenario.teams),
         known_by=next(tables, ""),

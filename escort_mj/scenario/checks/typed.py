@@ -110,6 +110,8 @@ def _alternatives(field: FieldInfo) -> Iterator[Any]:
         yield OfTime
     elif field.annotation not in PER_AXIS or not field.metadata:
         yield from _plain(field.annotation)
+    elif field.annotation in FUNCTIONS:
+        yield tuple[OfTime]  # with a length of their own, one by one
 
 
 def _plain(kind: Any) -> Iterator[Any]:

@@ -20,8 +20,8 @@ class Crowded(Behavior):
         return keep(r.q[0], 0.0, r.q, 1.0)
 
     def misfits(self, mission: Any) -> Any:
-        if mission.count < self.least:
-            yield Misfit(f"found {mission.count} robots; expected {self.least} or more", "least")
+        if mission.robots < self.least:
+            yield Misfit(f"found {mission.robots} robots; expected {self.least} or more", "least")
 
 class Planar(Law):
     law: Literal["planar"] = "planar"
@@ -56,11 +56,11 @@ def test_each_kind_of_component_refuses_what_does_not_fit_it(tmp_path: Path) -> 
     ("told", "words"),
     [
         ("yield 3", r"own\.py:\d+: TypeError: misfits yielded 3; expected Misfit\(words, \.\.\.\)"),
-        ("yield mission.robots", r"own\.py:15: AttributeError: .*robots"),
+        ("yield mission.nothing", r"own\.py:15: AttributeError: .*nothing"),
     ],
 )
 def test_what_a_plugin_says_of_it_is_looked_at(tmp_path: Path, told: str, words: str) -> None:
-    text = PLUGIN.replace("if mission.count < self.least:", "if True:")
+    text = PLUGIN.replace("if mission.robots < self.least:", "if True:")
     start = text.index("yield Misfit(f")
     end = text.index("\n", start)
     with pytest.raises(EscortError, match=words):
