@@ -103,7 +103,7 @@ def test_a_failed_verdict(command) -> None:
     ("arguments", "words"),
     [
         (("run", "maim"), 'did you mean "main"?'),
-        (("run", "zzz"), "paper/case1_2d"),
+        (("run", "zzz"), "`escort-mj list scenarios`"),
         (("run", "missing.yaml"), "missing.yaml"),
         (("run", "five.yaml", "--set", "robots.masss=2"), 'did you mean "mass"?'),
         (("run", "five.yaml", "--set", "physics.integrator=RK4"), "four times a step"),

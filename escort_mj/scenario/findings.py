@@ -50,8 +50,13 @@ def parse_key_path(text: str) -> Path | None:
 def did_you_mean(word: str, names: Iterable[str], cutoff: float = 0.55) -> str:
     """`; did you mean "x"?` with the allowed name most like the word, or nothing if none is like it."""
     by_lower = {name.lower(): name for name in names if name != word}
-    close = difflib.get_close_matches(word.lower()[:80], by_lower, n=1, cutoff=cutoff)
-    return f'; did you mean "{by_lower[close[0]]}"?' if close else ""
+    asked = word.lower()[:80]
+
+    def likeness(name: str) -> float:  # which of two texts comes first makes a difference to difflib
+        return max(difflib.SequenceMatcher(None, *pair).ratio() for pair in ((name, asked), (asked, name)))
+
+    best = max(by_lower, key=likeness, default="")
+    return f'; did you mean "{by_lower[best]}"?' if best and likeness(best) >= cutoff else ""
 
 
 def listed(names: Sequence[str]) -> str:

@@ -166,7 +166,7 @@ def _on_their_way(scenario: Scenario, path: Path) -> Iterator[Finding]:
         words = f"found up to {depth:.4g} messages of each robot on their way; expected at most {most:.4g}"
         rates = tuple((*path, rate) for rate in communication.rates)
         lower = listed(["delay", *communication.rates])
-        yield Finding((*path, "delay"), f"{words}: lower {lower}", related=rates)
+        yield Finding((*path, "delay"), f"{words}: lower {lower} (a delay is in seconds)", related=rates)
 
 
 def _numbers(scenario: Scenario, path: Path, robots: Sequence[int]) -> Iterator[Finding]:

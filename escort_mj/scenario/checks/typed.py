@@ -22,6 +22,7 @@ FUNCTIONS = (tuple[Component, ...], tuple[OfTime, ...])
 """Types that have a function of time for each axis."""
 PER_AXIS = (Vector, *FUNCTIONS)
 """Types that have something for each axis; with a length of their own they do not."""
+IN_SPACE = 3  # axes
 SAMPLES = 20_001
 LARGEST = 1e6  # m, N: far beyond any mission, far below where MuJoCo gives up
 
@@ -34,6 +35,7 @@ def check_vectors(mission: Mission) -> Iterator[Finding]:
             continue
         if len(vector) != axes:
             words = f"found {len(vector)} numbers; expected {axes}, as axes says"
+            words += " (axes: 3 is space)" * (len(vector) == IN_SPACE > axes)
             yield Finding(path, words + ", or one number" * (float in kinds))
         elif path[-1] == "normal" and not any(vector):
             yield Finding(path, f"found {[*vector]}; expected a vector of some length")

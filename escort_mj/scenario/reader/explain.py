@@ -11,6 +11,7 @@ from pydantic_core import ErrorDetails
 
 from escort_mj.expectations import Expectation
 from escort_mj.scenario.findings import Finding, Path, did_you_mean, listed, shown
+from escort_mj.scenario.kinds import KINDS
 from escort_mj.scenario.reader.catalog import catalog_of
 from escort_mj.scenario.reader.files.paths import Location, locate, member_name
 from escort_mj.scenario.schema.fields import PATTERNS
@@ -89,7 +90,10 @@ def _wrong_tag(path: Path, context: dict[str, Any], data: Any) -> Finding:
     names = [name.strip(" '") for name in context["expected_tags"].split(",")]
     where = (*path, tag) if isinstance(held, dict) else path
     found = str(context["tag"])
-    return Finding(where, f"found {shown(found)}; allowed are {listed(names)}{did_you_mean(found, names)}")
+    hint = did_you_mean(found, names)
+    if not hint and any(kind.named_by == tag and kind.of_plugins for kind in KINDS):
+        hint = "; plugins bring others (plugins: [FILE.py], or --plugin FILE.py)"
+    return Finding(where, f"found {shown(found)}; allowed are {listed(names)}{hint}")
 
 
 def _no_kind(found: Any, names: list[str]) -> str:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import os
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
@@ -11,7 +10,7 @@ from typing import Any
 from escort_mj.errors import UsageError
 from escort_mj.recognize import SUFFIXES, is_scenario_name, scenario_names, scenarios_folder, study_names
 from escort_mj.scenario.arguments import Overrides, Source, checked
-from escort_mj.scenario.findings import shortened
+from escort_mj.scenario.findings import did_you_mean, shortened
 from escort_mj.scenario.reader.load import load_file, scenario_of
 from escort_mj.scenario.schema.scenario import Scenario
 
@@ -79,9 +78,9 @@ def _shipped(
     if os.path.exists(name) or name.endswith(SUFFIXES):
         return path
     if name not in (names := shipped()):
-        close = difflib.get_close_matches(name, names, 1)
-        hint = f'did you mean "{close[0]}"?' if close else f"shipped are {', '.join(names)}"
-        raise UsageError(f"{shortened(name)}: there is no such file or shipped {what}; {hint}")
+        names_all = {"scenario": "scenarios", "study": "studies"}[what]
+        hint = did_you_mean(name, names, cutoff=0.6) or f"; `escort-mj list {names_all}` names these"
+        raise UsageError(f"{shortened(name)}: there is no such file or shipped {what}{hint}")
     return scenarios_folder() / f"{name}.yaml"
 
 
