@@ -32,6 +32,13 @@ if TYPE_CHECKING:
 MOST_SHOWN = 5  # failed verdicts in a text of a few lines
 
 
+class Metrics(dict[str, Any]):
+    """Metrics by name; another name is an error with the nearest one."""
+
+    def __missing__(self, name: object) -> Any:
+        raise KeyError(f"{name}: is not a metric of this run{did_you_mean(str(name), self)}")
+
+
 class Run:
     """The results of a scenario, in memory or in a run folder.
 
@@ -66,7 +73,7 @@ class Run:
         else:
             self.name, self.folder = source.scenario.name, folder
             self.outcome, self.message = source.outcome, source.message
-        self.verdicts, self.metrics = source.verdicts, source.metrics
+        self.verdicts, self.metrics = source.verdicts, Metrics(source.metrics)
 
     @cached_property
     def scenario(self) -> Scenario:
@@ -96,7 +103,8 @@ class Run:
     @cached_property
     def values(self) -> dict[str, float]:
         """Every metric as a number: NaN if it does not apply, infinite for "never"."""
-        return {name: metric_value(found) for name, found in self.metrics.items() if name != "run"}
+        found = {name: metric_value(value) for name, value in self.metrics.items() if name != "run"}
+        return Metrics(found)
 
     @checked
     def summary(

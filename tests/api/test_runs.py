@@ -77,6 +77,8 @@ def test_the_cell_of_a_notebook_has_verdicts_and_a_picture(made: Run) -> None:
 
 def test_metrics_are_numbers_and_runs_are_rows(made: Run, opened: Run) -> None:
     assert made.values["force_rms"] == made.metrics["force_rms"]["value"]
+    with pytest.raises(KeyError, match='forces_rms: is not a metric of this run; did you mean "force_rms"'):
+        made.values["forces_rms"]
     never = escort_mj.run(
         TEXT | {"duration": 0.1, "mission": {"radius": 4, "behaviors": ["surface"]}, "expect": []}
     )

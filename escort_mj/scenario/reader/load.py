@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
+from copy import deepcopy
 from pathlib import Path as FilePath
 from typing import Any
 
@@ -99,12 +100,14 @@ def _laid_over(
     kind: type[Scenario] | None = None,
 ) -> Scenario:
     """The checked scenario of a document, which is changed, with overrides and plugins."""
+    named = deepcopy(document.data.get("plugins"))
     unset = apply(document, overrides)
     data = dict(document.data)
     if plugins:
         told = [load_plugin(source_of(each, FilePath())).source.model_dump() for each in plugins]
         data["plugins"] = [*(data.get("plugins") or ()), *told]
-    return _scenario(document, data, unset, source, None if plugins or unset else kind)
+    loaded = kind if data.get("plugins") == named and not unset else None
+    return _scenario(document, data, unset, source, loaded)
 
 
 def stored_scenario(text: str, folder: FilePath) -> Scenario:

@@ -57,6 +57,15 @@ class TestLoading:
         scenario = parse_scenario("controller: pid", "<text>", (), ["own_law.py"])
         assert scenario.controller.law == "pid"
 
+    def test_a_copy_may_name_others(self, folder, monkeypatch):
+        monkeypatch.chdir(folder)
+        own = parse_scenario("duration: 1").replace({"plugins": ["own_law.py"], "controller": "pid"})
+        assert own.controller.law == own.replace(seed=3).controller.law == "pid"
+        with pytest.raises(ScenarioError, match='controller.law: found "pid"; .* plugins bring others'):
+            own.replace({"plugins": []})
+        with pytest.raises(ScenarioError, match=r"plugins\[0\]: .*none\.py: there is no such file"):
+            own.replace({"plugins": ["none.py"]})
+
     def test_a_wrong_one_of_the_command_line_is_told_without_a_place_in_the_file(self, folder):
         with pytest.raises(PluginError, match=r"^\S*own_lav.py: there is no such file; did you mean"):
             parse_scenario("duration: 1", "<text>", (), [str(folder / "own_lav.py")])
