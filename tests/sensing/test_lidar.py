@@ -21,7 +21,7 @@ from tests.control.twins import Kernel, compare
 from tests.knowledge.test_sight import among_shapes
 from tests.oracle.noise import normal
 from tests.oracle.rays import stretches_inside
-from tests.world.loop.test_nearest import PLANAR, SPATIAL
+from tests.world.loop.test_nearest import MISSIONS
 
 SEED = 5
 MESH = [[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]]
@@ -125,7 +125,7 @@ def test_kernel_and_twin_avoid_the_same_returns(axes: int, outer: str) -> None:
     assert compare(setup, q, v, steps=8).any()
 
 
-@pytest.mark.parametrize("keys", [PLANAR, SPATIAL], ids=["planar", "spatial"])
+@pytest.mark.parametrize("keys", [MISSIONS["planar"], MISSIONS["spatial"]], ids=["planar", "spatial"])
 def test_in_the_loop_rays_meet_the_geometry_of_mujoco(keys: dict[str, Any], compiled: None) -> None:
     """Shapes, walls with doors and what moves, seen by one robot, against `mj_multiRay`."""
     axes, far = keys.get("axes", 2), 60.0

@@ -16,7 +16,7 @@ from escort_mj.standalone.backend import CONTROL_SIGNALS
 from escort_mj.world.callback import native_loop
 from escort_mj.world.model.build import build
 from escort_mj.world.plant import Plant
-from tests.world.test_twin_loop import SEEING, SPATIAL
+from tests.world.test_twin_loop import MISSIONS
 
 BLOCKED = {
     "robots": {"positions": [[4, 0.9], [1, 4], [-3, 2], [-3, -2]], "force_limit": 20},
@@ -41,6 +41,7 @@ FAST = {
         "behaviors": [{"behavior": "avoid_obstacles", "safe_distance": 0.8}, "vertices", "surface"],
     },
 }  # fmt: skip
+SPATIAL, SEEING = MISSIONS["spatial"], MISSIONS["seeing"]
 LAWS_OF_TEAMS = {
     "target": None,
     "robots": {"positions": [[4, 0.9], [1, 4], [-3, 2], [17, -2], [23, 0], [16, 1]], "force_limit": 40},

@@ -12,8 +12,7 @@ from hypothesis import strategies as st
 
 from escort_mj import Area, Controller, EscortError, Limits
 from escort_mj.errors import UsageError
-from tests.standalone.test_controller import LAWS_OF_TEAMS
-from tests.world.test_twin_loop import SPATIAL
+from tests.standalone.test_controller import LAWS_OF_TEAMS, SPATIAL
 
 Fault = Callable[[float, np.ndarray, np.ndarray, np.ndarray], None]
 KEYS = "fifty_hertz"
