@@ -6,59 +6,16 @@ import subprocess
 import sys
 import time
 import xml.etree.ElementTree as ElementTree
+from pathlib import Path
 
 import pytest
 
+from tests.corpus import read
+
 pytestmark = pytest.mark.usefixtures("compiled")
 
-HEAD = """\
-import ctypes, math, os, random, signal, subprocess, sys, threading, time, warnings
-from typing import Literal
-import numpy as np
-from pydantic import PositiveFloat
-from escort_mj.plugins import *
-"""
-KINDS = {
-    "metric": """\
-@metric(unit="m")
-def bad(trace):
-    \"\"\"A metric.\"\"\"
-    BODY
-    return 1.0
-""",
-    "expectation": """\
-class Bad(Expectation):
-    \"\"\"An expectation.\"\"\"
-    kind = "bad"
-    bad: PositiveFloat
-    \"\"\"Bound [m].\"\"\"
-    def judge(self, trace):
-        BODY
-        return Judgment(held=True, words="w")
-""",
-    "law": """\
-class Bad(Law):
-    \"\"\"A law.\"\"\"
-    law: Literal["bad"] = "bad"
-    def force(self, r):
-        if r.time > 0.2:
-            BODY
-        return 30.0 * r.e + 50.0 * r.e_dot
-""",
-    "loading": """\
-BODY
-@metric(unit="m")
-def bad(trace):
-    \"\"\"A metric.\"\"\"
-    return 1.0
-""",
-}
-USES = {
-    "metric": "expect: [{metric: bad, at_most: 5}]",
-    "expectation": "expect: [{bad: 1}]",
-    "law": "controller: {law: bad}",
-    "loading": "expect: [{metric: bad, at_most: 5}]",
-}
+NASTY = read(Path(__file__).with_name("nasty.yaml"))
+BODIES, CHANGES = NASTY["bodies"], NASTY["changes"]
 SCENARIO = """\
 name: nasty
 duration: 0.5
@@ -68,47 +25,11 @@ mission: {radius: 3}
 plugins: [KIND.py]
 """
 HARMLESS = "name: good\nduration: 0.5\ntarget: {position: [0, 0]}\n"
-BODIES = {
-    "exits": ("sys.exit(0)", "SystemExit: 0"),
-    "exits at once": ("os._exit(0)", "ends the process"),
-    "exits below Python": ("ctypes.CDLL(None)._exit(0)", "exit code 0"),
-    "exits in __del__": ("type('D', (), {'__del__': lambda s: os._exit(0)})()", "ends the process"),
-    "raises in __del__": ("type('D', (), {'__del__': lambda s: 1 / 0})()", "raises ZeroDivisionError"),
-    "crashes": ("ctypes.string_at(0)", "SIGSEGV"),
-    "kills": ("os.kill(os.getpid(), 9)", "sends a signal"),
-    "interrupts": ("raise KeyboardInterrupt", "KeyboardInterrupt"),
-    "raises an error of its own": ("raise type('Own', (BaseException,), {})('gone')", "Own: gone"),
-    "prints": ("print('hello')", "prints to standard output"),
-    "closes stdout": ("sys.stdout.close()", "standard output"),
-    "warns": ("warnings.warn('careful')", "UserWarning: careful"),
-    "divides by zero": ("np.log(np.zeros(1))", "RuntimeWarning"),
-    "starts a thread": ("threading.Thread(target=time.sleep, args=(1,)).start()", "starts a thread"),
-    "starts a process": ("subprocess.Popen(['true'])", "starts a process"),
-    "changes the folder": ("os.chdir('/')", "working directory"),
-    "changes the environment": ("os.environ['X'] = '1'", "environment"),
-    "waits": ("time.sleep(1e6)", "takes longer than 1 s"),
-    "loops": ("while True: pass", "takes longer than 1 s"),
-}  # fmt: skip
-CHANGES = {
-    "replaces sys.exit": ("sys.exit = print", "sys.exit"),
-    "seterr": ("np.seterr(all='raise')", "np.seterr"),
-    "seeds": ("np.random.seed(1)", "random numbers"),
-    "draws": ("random.random()", "random numbers"),
-    "handles signals": ("signal.signal(signal.SIGUSR1, signal.SIG_IGN)", "handles signals"),
-    "hides warnings": ("warnings.simplefilter('error')", "warnings"),
-    "replaces stdout": ("sys.stdout = None", "standard stream"),
-    "closes a file": ("os.close(1)", "standard stream"),
-    "replaces a metric": (
-        "import escort_mj.metrics.metric as m; m.Metric.of = lambda *_: m.Measure(0.0)",
-        "replaces Metric.of",
-    ),
-}
-"""What is found after the call."""
 
 
 def run(folder, kind, body, *command, timeout="1"):
-    (folder / f"{kind}.py").write_text(HEAD + KINDS[kind].replace("BODY", body))
-    (folder / f"{kind}.yaml").write_text(SCENARIO.replace("KIND", kind) + USES[kind] + "\n")
+    (folder / f"{kind}.py").write_text(NASTY["head"] + NASTY["kinds"][kind].replace("BODY", body))
+    (folder / f"{kind}.yaml").write_text(SCENARIO.replace("KIND", kind) + NASTY["uses"][kind] + "\n")
     command = command or ("run", f"{kind}.yaml", "--no-video", "--no-figures", "--json")
     environment = os.environ | {"ESCORT_MJ_PLUGIN_TIMEOUT": timeout}
     return subprocess.run(

@@ -1,6 +1,7 @@
 """Plugins that are wrong in one way each: the check that is there for it says so."""
 
 import math
+from pathlib import Path
 
 import pytest
 
@@ -15,6 +16,7 @@ from escort_mj.errors import PluginError
 from escort_mj.scenario.reader.catalog import assemble, scenario_type, scenario_type_with
 from escort_mj.scenario.reader.plugins import load_plugin, source_of
 from escort_mj.scenario.schema.scenario import Scenario
+from tests.corpus import read
 from tests.plugged import BEHAVIOR, COMPILED, ESTIMATOR, EXPECTATION, KIND, LAW, METRIC
 
 
@@ -42,46 +44,40 @@ def is_found(folder, text, checks, name):
 pytestmark = pytest.mark.usefixtures("hurried")  # what is wrong in one way is so in the first draws
 
 
-class TestLaws:
-    def test_a_right_one(self, compiled, tmp_path):
-        assert not only_wrong(tmp_path, LAW + COMPILED, check_law)
+CHECKS = {
+    "law": (LAW, check_law),
+    "parameters": (LAW, check_parameters),
+    "behavior": (BEHAVIOR, check_behavior),
+    "estimator": (ESTIMATOR, check_estimator),
+    "metric": (METRIC, try_metric),
+    "expectation": (EXPECTATION, check_expectation),
+    "kind": (KIND, check_kind),
+}
+FAULTS = [
+    (kind, case) for kind, several in read(Path(__file__).with_name("wrong.yaml")).items() for case in several
+]
 
-    @pytest.mark.parametrize(
-        ("change", "check"),
-        [
-            (("return r.rho_hat", "return 1 + r.rho_hat"), "at rest"),
-            (("return r.rho_hat", "return float('nan') * r.e + r.rho_hat"), "finite"),
-            (("return r.rho_hat", "return r.e**0.5 + r.rho_hat"), "runs"),
-            (("return r.rho_hat", "return r.e[::2] + r.rho_hat"), "runs"),
-            (("return r.rho_hat", "r.e[:] += r.e\n        return r.rho_hat"), "runs"),
-            (("return r.rho_hat", "return r.tau + r.rho_hat"), "runs"),
-            (("return self.int", "return COUNT.append(1) or len(COUNT) * self.int"), "deterministic"),
-        ],
-    )  # fmt: skip
-    def test_a_wrong_one_is_found_by_its_check(self, compiled, tmp_path, change, check):
-        assert change[0] in LAW
-        text = LAW.replace(*change).replace("class Pid", "COUNT = []\n\n\nclass Pid")
-        assert is_found(tmp_path, text, check_law, check)
 
-    def test_forms_that_differ(self, compiled, tmp_path):
-        """Whole numbers of machine code overflow."""
-        wraps = "n = 4_000_000_000\n        return (2.0 if n * n < 0 else 1.0) * self.int"
-        text = LAW.replace("return self.int", wraps) + COMPILED
-        assert only_wrong(tmp_path, text, check_law) == ["forms agree"]
+@pytest.mark.parametrize("kind", CHECKS)
+def test_a_right_one(compiled, tmp_path, kind):
+    text, checks = CHECKS[kind]
+    compilable = kind in ("law", "estimator")
+    assert not only_wrong(tmp_path, text + COMPILED * compilable, checks)
+
+
+@pytest.mark.parametrize(("kind", "case"), FAULTS)
+def test_a_wrong_one_is_found_by_its_check(compiled, tmp_path, kind, case):
+    (text, checks), (old, new) = CHECKS[kind], case["change"]
+    assert old in text
+    text = case.get("before", "") + text.replace(old, new) + case.get("more", "")
+    text += COMPILED * case.get("compiled", False)
+    if case.get("alone"):
+        assert only_wrong(tmp_path, text, checks) == [case["check"]]
+    else:
+        assert is_found(tmp_path, text, checks, case["check"])
 
 
 class TestParameters:
-    @pytest.mark.parametrize(
-        ("change", "check"),
-        [
-            (("position error [N/m]", "position error"), "parameters"),
-            (('"""Gain of the velocity error [N s/m]."""', ""), "parameters"),
-        ],
-    )
-    def test_a_wrong_one_is_found_by_its_check(self, tmp_path, change, check):
-        assert change[0] in LAW
-        assert only_wrong(tmp_path, LAW.replace(*change), check_parameters) == [check]
-
     def test_a_wrong_default_is_refused_before(self, tmp_path):
         with pytest.raises(PluginError, match="found the default -30.0"):
             only_wrong(tmp_path, LAW.replace("= 30.0", "= -30.0"), check_parameters)
@@ -92,26 +88,6 @@ class TestParameters:
 
 
 class TestBehaviors:
-    def test_a_right_one(self, compiled, tmp_path):
-        assert not only_wrong(tmp_path, BEHAVIOR, check_behavior)
-
-    @pytest.mark.parametrize(
-        ("change", "check"),
-        [
-            (("return keep(", "return across(unit_axis(r.q, -1), unit_axis(r.q, -1), abs(height))  # "),
-             "keeps to its task"),
-            (("return keep", "return 2  # "), "runs"),
-            (("return keep", "return None  # "), "runs"),
-            (("unit_axis(r.q, -1)", "unit_axis(r.q, 0)"), "Jacobian"),
-            (("height = ", "height = 0.1 * r.q[0] * r.q[0] + "), "Jacobian"),
-            (("self.gain)", "-self.gain)"), "works"),
-            (("height = ", "height = 1.0 / (r.q[0] - r.target[0]) + "), "no singularity"),
-        ],
-    )  # fmt: skip
-    def test_a_wrong_one_is_found_by_its_check(self, compiled, tmp_path, change, check):
-        assert change[0] in BEHAVIOR
-        assert is_found(tmp_path, BEHAVIOR.replace(*change), check_behavior, check)
-
     @pytest.mark.parametrize(("gain", "wrong"), [("self.gain", []), ("-self.gain", ["works"])])
     def test_one_that_keeps_off_obstacles_meets_some(self, compiled, tmp_path, gain, wrong):
         text = BEHAVIOR.replace("across, keep, unit_axis", "keep_distance, norm, only")
@@ -125,83 +101,7 @@ class TestBehaviors:
         assert "along" in told_of["keeps to its task"]
 
 
-class TestEstimators:
-    def test_a_right_one(self, compiled, tmp_path):
-        assert not only_wrong(tmp_path, ESTIMATOR + COMPILED, check_estimator)
-
-    @pytest.mark.parametrize(
-        ("change", "check"),
-        [
-            (("elapsed = ", "r.seen.belief[r.i - 1] += 1.0; elapsed = "), "keeps to its robot"),
-            (("self.alpha * error", "-self.alpha * error"), "finds the target"),
-            (("velocity + faster)", "velocity + faster).with_fix(r.time + 1.0)"), "times"),
-            (("elapsed = ", "r.seen.belief_covariance[r.i, 1] += 1.0; elapsed = "), "covariance"),
-            (("elapsed = ", "r.seen.belief_covariance[r.i] *= -1.0; elapsed = "), "covariance"),
-            (("elapsed * r.", "elapsed * np.log(r.belief.position) * r."), "runs"),
-            (("elapsed * r.", "float('nan') * r."), "finite"),
-            (("elapsed = ", "r.seen.seen_position[r.i] += 1.0; elapsed = "), "runs"),
-            (("return r.believe(", "return 1, ("), "runs"),
-        ],
-    )
-    def test_a_wrong_one_is_found_by_its_check(self, compiled, tmp_path, change, check):
-        assert change[0] in ESTIMATOR
-        text = "import numpy as np\n" + ESTIMATOR.replace(*change)
-        assert is_found(tmp_path, text, check_estimator, check)
-
-    def test_forms_that_differ(self, compiled, tmp_path):
-        wraps = "n = 4_000_000_000\n        faster = (0.9 if n * n < 0 else 1.0) * self.beta"
-        text = ESTIMATOR.replace("faster = self.beta", wraps) + COMPILED
-        assert only_wrong(tmp_path, text, check_estimator) == ["forms agree"]
-
-
-class TestRecords:
-    def test_right_ones(self, compiled, tmp_path):
-        assert not only_wrong(tmp_path, METRIC, try_metric)
-        assert not only_wrong(tmp_path, EXPECTATION, check_expectation)
-
-    @pytest.mark.parametrize(
-        ("change", "check"),
-        [
-            (("return float", "return -float"), "runs"),
-            (("return float", "return 1 / 0 + float"), "runs"),
-            (("return float", "COUNT.append(1)\n    return len(COUNT) + float"), "deterministic"),
-            (("return float", 'trace["tau"].values[:] += 1.0\n    return float'), "runs"),
-            (("far.max()", "far[-1].max()"), "grows"),
-        ],
-    )
-    def test_a_wrong_metric_is_found_by_its_check(self, compiled, tmp_path, change, check):
-        assert change[0] in METRIC
-        assert is_found(tmp_path, METRIC.replace(*change) + "\n\nCOUNT = []\n", try_metric, check)
-
-    @pytest.mark.parametrize(
-        ("change", "check"),
-        [
-            (("return Judgment(", "return dict("), "judges"),
-            (("self.near - far", "far - self.near"), "judges"),
-            (("far = ", "1 / 0; far = "), "judges"),
-        ],
-    )
-    def test_a_wrong_expectation_is_found_by_its_check(self, compiled, tmp_path, change, check):
-        assert change[0] in EXPECTATION
-        assert only_wrong(tmp_path, EXPECTATION.replace(*change), check_expectation) == [check]
-
-
 class TestKinds:
-    def test_a_right_one(self, compiled, tmp_path):
-        assert not only_wrong(tmp_path, KIND, check_kind)
-
-    @pytest.mark.parametrize(
-        ("change", "check"),
-        [
-            (("return self.load", "return 0.0"), "mass"),
-            (('pos="0 0 0.1"', 'pos="0 0 -1"'), "clear of the floor"),
-            (('<motor name="x" joint="x"/>', '<motor name="x" joint="x" gear="-1"/>'), "pushes"),
-        ],
-    )
-    def test_a_wrong_one_is_found_by_its_check(self, compiled, tmp_path, change, check):
-        assert change[0] in KIND
-        assert only_wrong(tmp_path, KIND.replace(*change), check_kind) == [check]
-
     @pytest.mark.parametrize(
         ("change", "said"),
         [
