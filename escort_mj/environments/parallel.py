@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 try:
     from gymnasium import spaces
+    from gymnasium.utils import EzPickle
     from pettingzoo import ParallelEnv
 except ImportError as error:
     raise ImportError(f"{error}; pip install 'escort-mj[rl]' adds what is missing") from None
@@ -27,7 +28,7 @@ from escort_mj.scenario import Scenario
 from escort_mj.scenario.arguments import Source, argument_error, checked, numbers
 
 
-class EscortParallelEnv(ParallelEnv[str, Seen, NDArray[np.float32]]):
+class EscortParallelEnv(ParallelEnv[str, Seen, NDArray[np.float32]], EzPickle):
     """Agents robot_1, robot_2 ..., opponent_1 ...; `Simulation` and `Rivals` say what they command and see.
 
     All robots are there until the end: the scenario's duration truncates, a mission that diverged or became
@@ -52,6 +53,7 @@ class EscortParallelEnv(ParallelEnv[str, Seen, NDArray[np.float32]]):
         rival_reward: RivalReward | None = None,
     ) -> None:
         """Prepare a scenario; arguments as of `EscortEnv` and `Simulation`."""
+        EzPickle.__init__(self, scenario, command, reward, render_mode, size, side, rival_reward)
         self.simulation = simulation = Simulation(scenario, command, reward, side, rival_reward)
         robots = [f"robot_{i + 1}" for i in range(simulation.count if side != "opponents" else 0)]
         rivals = simulation.rivals

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 try:
     import gymnasium
     from gymnasium import spaces
+    from gymnasium.utils import EzPickle
 except ImportError as error:
     raise ImportError(f"{error}; pip install 'escort-mj[rl]' adds what is missing") from None
 
@@ -25,7 +26,7 @@ from escort_mj.scenario import Scenario
 from escort_mj.scenario.arguments import Source, argument_error, checked
 
 
-class EscortEnv(gymnasium.Env[Seen, NDArray[np.float32]]):
+class EscortEnv(gymnasium.Env[Seen, NDArray[np.float32]], EzPickle):
     """Observations and commands of all robots one below the other; the reward is the mean of theirs.
 
     With `side="opponents"`, the same of the opponents; their mission also terminates when none is left.
@@ -62,6 +63,7 @@ class EscortEnv(gymnasium.Env[Seen, NDArray[np.float32]]):
             UsageError: If an argument is not of its kind, or forces are to be commanded without a limit, or
                 opponents and there are none, or both sides, or the mode of rendering is not known.
         """
+        EzPickle.__init__(self, scenario, command, reward, render_mode, size, side, rival_reward)
         self.simulation = Simulation(scenario, command, reward, side, rival_reward)
         self.render_mode = render_mode
         self.metadata = self.metadata | {"render_fps": round(self.simulation.scenario.recording.rate)}

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 try:
+    from gymnasium.utils import EzPickle
     from gymnasium.vector import AutoresetMode, VectorEnv
     from gymnasium.vector.utils import batch_space
 except ImportError as error:
@@ -27,7 +28,7 @@ Flags = NDArray[np.bool_]
 Step = tuple[Seen, NDArray[np.float64], Flags, Flags, dict[str, Any]]
 
 
-class EscortVectorEnv(VectorEnv[Seen, NDArray[np.float32], NDArray[Any]]):
+class EscortVectorEnv(VectorEnv[Seen, NDArray[np.float32], NDArray[Any]], EzPickle):
     """N missions that differ by seed; each has the bits of an `EscortEnv` with its seed.
 
     Attributes:
@@ -64,6 +65,8 @@ class EscortVectorEnv(VectorEnv[Seen, NDArray[np.float32], NDArray[Any]]):
             UsageError: If an argument is not of its kind, or there is to be no mission, or forces are to be
                 commanded without a limit, or opponents and there are none, or both sides.
         """
+        given = num_envs, scenario, command, reward, threads, autoreset_mode, side, rival_reward
+        EzPickle.__init__(self, *given)
         try:
             self.autoreset_mode = AutoresetMode(autoreset_mode)
         except ValueError:

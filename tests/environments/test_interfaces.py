@@ -1,5 +1,6 @@
 """The interfaces of others, by their own tests."""
 
+import pickle
 import subprocess
 import sys
 
@@ -42,6 +43,20 @@ def test_gymnasium(name: str, command: str) -> None:
     scenario = load_scenario(name, SHORT)
     environment = gymnasium.make("escort_mj/Escort-v0", scenario=scenario, command=command)
     check_env(environment.unwrapped, skip_render_check=True)
+
+
+def test_a_pickled_environment_is_made_of_the_same_arguments() -> None:
+    from escort_mj.environments.parallel import EscortParallelEnv
+    from escort_mj.environments.single import EscortEnv
+    from escort_mj.environments.vector import EscortVectorEnv
+
+    scenario = load_scenario("patrol", {"robots.count": 4, **SHORT})
+    for made in (EscortEnv(scenario), EscortParallelEnv(scenario), EscortVectorEnv(2, scenario)):
+        copy = pickle.loads(pickle.dumps(made))
+        one, other = (each.reset(seed=3)[0] for each in (made, copy))
+        if isinstance(one, dict):
+            one, other = (np.stack([*each.values()]) for each in (one, other))
+        assert one.size and np.array_equal(one, other)
 
 
 def test_gymnasium_takes_the_side_of_the_opponents() -> None:
