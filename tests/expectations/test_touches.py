@@ -81,6 +81,8 @@ class TestBounds:
         found = contacts("any", peak_force=50.0, touch_time=1.0, at_most=20)
         assert (found.held, found.near_miss, found.unit) == (True, True, "s")
         assert found.demanded == "at most 20, touch time at most 1 s, peak force at most 50 N"
+        share = contacts("any", peak_force=80.0, impulse=17.5)
+        assert share.unit == "N", "half of its bound is left, and more of the other"
         found = contacts("any", peak_force=39.0, touch_time=0.5)
         assert (found.held, found.unit) == (False, "s")
 
