@@ -27,7 +27,7 @@ from contextlib import contextmanager, suppress
 from functools import partial
 from threading import get_ident
 from time import monotonic
-from types import ModuleType
+from types import CodeType, ModuleType
 from typing import Any, TextIO
 
 import numpy as np
@@ -120,7 +120,18 @@ def is_plugins(function: Callable[..., Any]) -> bool:
 
 def place_of(error: BaseException, function: Callable[..., Any]) -> str:
     """Where in a plugin an error was raised, and what it says: `custom_law.py:12: ZeroDivisionError: ...`."""
-    file, line = function.__code__.co_filename, function.__code__.co_firstlineno
+    return _told(error, function.__code__)
+
+
+def blamed(error: BaseException) -> str:
+    """Where in the file of a plugin an error was raised, as of `place_of`; empty if it was in none."""
+    frames = traceback.walk_tb(error.__traceback__)
+    own = [one for one, _ in frames if str(one.f_globals.get("__name__", "")).startswith(MODULES)]
+    return _told(error, own[-1].f_code) if own else ""
+
+
+def _told(error: BaseException, code: CodeType) -> str:
+    file, line = code.co_filename, code.co_firstlineno
     lines = [frame.lineno for frame in traceback.extract_tb(error.__traceback__) if frame.filename == file]
     words = " ".join(f"{type(error).__name__}: {error}".split()).removesuffix(":").removeprefix("Trespass: ")
     if isinstance(error, AttributeError) and "can't set attribute" in words:

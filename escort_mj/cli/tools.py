@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from escort_mj.cli.app import GOOD, VERDICT_FAILED, Answer, command, shown_path
 from escort_mj.cli.options import Axes, Overrides, Robots, ScenarioName, Source, Texts
-from escort_mj.cli.streams import tell
+from escort_mj.cli.streams import OUTPUT, tell
 from escort_mj.errors import UsageError
 
 if TYPE_CHECKING:
@@ -149,6 +149,8 @@ def check_plugin_command(plugin: str) -> Answer:
     checks = []
     for found in check_apart(plugin):
         checks.append(found)  # told at once: a mission takes its time to compile
+        if found.held and OUTPUT.quiet:
+            continue
         tell(f"  {'ok' if found.held else 'NO'}  {found.member}  {found.name:20s} {found.words}")
     code = GOOD if all(found.held for found in checks) else VERDICT_FAILED
     return Answer([], {"checks": [found._asdict() for found in checks]}, code)

@@ -261,7 +261,14 @@ def kind_of(annotation: Any, scope: dict[str, Any] | None = None) -> Kind:
     if origin in (typing.Union, types.UnionType):
         options = [kind_of(part) for part in parts]
         words = ", ".join(each.words for each in options[:-1]) + " or " + options[-1].words
-        return Kind(words, lambda value: any(each.accepts(value) for each in options))
+        is_path = any(typing.get_origin(part) is os.PathLike for part in parts)
+        return Kind(
+            words,
+            lambda value: (
+                not (is_path and isinstance(value, str) and not value)
+                and any(each.accepts(value) for each in options)
+            ),
+        )
     if origin is Literal:
         return Kind(" or ".join(map(str, parts)), lambda value: isinstance(value, str) and value in parts)
     if origin is tuple:

@@ -148,6 +148,10 @@ def test_a_page_of_a_run_in_memory(made: Run, one_figure: None, tmp_path: Path) 
     assert str(page) == str(tmp_path / "page.html") and 'id="replay"' in page.path.read_text()
     assert page._repr_html_().startswith('<a href="file:///')
     assert made.folder is None
+    with pytest.raises(UsageError, match=r"page.pdf: found the suffix .pdf; a page is HTML"):
+        made.report(tmp_path / "page.pdf")
+    with pytest.raises(UsageError, match='path: found ""; expected a text, a path or None'):
+        made.report("")
 
 
 def test_a_run_is_viewed_until_it_is_interrupted(made: Run, monkeypatch, capsys) -> None:

@@ -30,3 +30,5 @@ def test_each_component_is_listed_once_under_its_kind(monkeypatch, capfd, tmp_pa
     for base, members in KINDS.items():
         plural = getattr(base, "plural", "metrics")
         assert len({*told[plural]}) == len(members) + (base is Metric), plural
+    code, out, _ = call(monkeypatch, capfd, "check-plugin", str(tmp_path / "far.py"), "--quiet")
+    assert (code, out) == (0, "")

@@ -42,7 +42,7 @@ def test_is_told_in_one_line_with_its_place(
     assert old in head["plugin"]
     text = case.get("before", "") + head["plugin"].replace(old, new) + case.get("more", "")
     (tmp_path / "own.py").write_text(text + (COMPILED if case.get("compiled") else ""))
-    (tmp_path / "own.yaml").write_text(head["scenario"])
+    (tmp_path / "own.yaml").write_text(head["scenario"].replace(*case.get("mission", ("", ""))))
     found = told(tmp_path)
     assert_said(found, f"... {case['said']}")
     assert "\n" not in found

@@ -14,6 +14,8 @@ from typing import Any, NamedTuple
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
+from escort_mj.errors import UsageError
+
 HERE = Path(__file__).parent
 TYPES = {".svg": "image/svg+xml", ".png": "image/png", ".mp4": "video/mp4"}
 
@@ -85,6 +87,17 @@ def templates() -> Environment:
     found.policies["json.dumps_kwargs"] = {"allow_nan": False, "separators": (",", ":")}
     found.globals |= {"asset": asset, "embedded": embedded}
     return found
+
+
+def page_file(out: Path | None, usual: Path) -> Path:
+    """Return the file of a page: as it was asked for, or the usual one.
+
+    Raises:
+        UsageError: If its suffix says that it is something else.
+    """
+    if out is not None and out.suffix not in ("", ".html", ".htm"):
+        raise UsageError(f"{out}: found the suffix {out.suffix}; a page is HTML, as FILE.html")
+    return usual if out is None else out
 
 
 def page(template: str, parts: dict[str, Any]) -> str:

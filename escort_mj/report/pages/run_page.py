@@ -17,7 +17,7 @@ from escort_mj.record.folder import FIGURES, REPORT, SCENARIO, VIDEO, StoredRun,
 from escort_mj.record.recording import LOG, NOT_LOGGED
 from escort_mj.report.figures.drawing.scales import readable
 from escort_mj.report.figures.figures import PLOTS, draw_figures
-from escort_mj.report.pages.html import Table, Text, page
+from escort_mj.report.pages.html import Table, Text, page, page_file
 from escort_mj.report.pages.replay_data import replay_data
 from escort_mj.report.pages.signals_data import signals_data
 from escort_mj.report.video.video import ending, scenario_video
@@ -40,13 +40,14 @@ def write_run_page(folder: str | os.PathLike[str], out: Path | None = None) -> P
 
     Raises:
         RunFolderError: If the folder cannot be read.
+        UsageError: If the suffix of the page is that of something else.
         RenderError: If there is no sample to show.
         WriteError: If the page cannot be written.
     """
     run = read_run(folder)
+    path = page_file(out, run.path / REPORT)
     if not (run.path / FIGURES).is_dir():
         draw_figures(run.path)
-    path = run.path / REPORT if out is None else out
     text = page("run.html", _parts(run))
     make_folder(path.parent)
     write_text(path, text)

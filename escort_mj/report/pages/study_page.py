@@ -15,7 +15,7 @@ from markupsafe import Markup
 from escort_mj.errors import UsageError
 from escort_mj.files import make_folder, write_text
 from escort_mj.report.figures.studies.figures import draw_study
-from escort_mj.report.pages.html import Table, Text, page
+from escort_mj.report.pages.html import Table, Text, page, page_file
 from escort_mj.report.pages.study_tables import (
     cell_rates,
     cell_values,
@@ -68,7 +68,7 @@ def write_study_page(
             hint = did_you_mean(name, results.metrics)
             raise UsageError(f"quantities: found {name}, which is no metric of these runs{hint}")
     results.chosen = [*dict.fromkeys(quantities)] or results.chosen
-    path = folder / PAGE if out is None else out
+    path = page_file(out, folder / PAGE)
     make_folder(path.parent)
     write_cells(results, folder / CELLS)
     write_text(path, page("study.html", _parts(results, folder, path, compare, formats)))

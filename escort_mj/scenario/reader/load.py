@@ -10,7 +10,9 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from escort_mj.errors import Fault, ScenarioError, UsageError
+from escort_mj import stopping
+from escort_mj.errors import Fault, PluginError, ScenarioError, UsageError
+from escort_mj.plugin_calls import blamed
 from escort_mj.scenario.arguments import Overrides
 from escort_mj.scenario.checks import whole as checks
 from escort_mj.scenario.findings import Finding, did_you_mean, key_path, shortened, shown
@@ -288,7 +290,7 @@ def _checked(data: dict[str, Any], kind: type[Scenario]) -> tuple[Scenario | Non
     Parts that are wrong by themselves are left out, so that what is wrong between the others is found too.
     """
     try:
-        scenario = kind.model_validate(tuples(data), strict=True)
+        scenario = _validated(data, kind)
     except ValidationError as error:
         found = explain.findings_of(error, data, kind)
     else:
@@ -303,7 +305,24 @@ def _checked(data: dict[str, Any], kind: type[Scenario]) -> tuple[Scenario | Non
         rest["expect"] = [NO_DEMAND if i in bad else one for i, one in enumerate(rest["expect"])]
         wrong.discard("expect")
     rest = {key: value for key, value in rest.items() if key not in wrong}
-    return None, found + checks.findings_between_keys(kind.model_validate(tuples(rest), strict=True), wrong)
+    return None, found + checks.findings_between_keys(_validated(rest, kind), wrong)
+
+
+def _validated(data: dict[str, Any], kind: type[Scenario]) -> Scenario:
+    """The scenario in plain data.
+
+    Raises:
+        ValidationError: With what is wrong by itself.
+        PluginError: If a validator of a plugin raises anything else than that a value is wrong.
+    """
+    try:
+        return kind.model_validate(tuples(data), strict=True)
+    except ValidationError:
+        raise
+    except BaseException as error:
+        if (isinstance(error, KeyboardInterrupt) and stopping.is_users()) or not (at := blamed(error)):
+            raise
+        raise PluginError(at) from error
 
 
 def tuples(data: Any) -> Any:

@@ -51,6 +51,13 @@ def check_shape(model: type[Any], source: str) -> None:
     if hidden := [key for key, field in fields.items() if hasattr(type(field.default), "__get__")]:
         raise PluginError(f"{place}: {hidden[0]} is a key that it inherits; choose another name")
     _check_settings(model, place)
+    written = getattr(model, "__pydantic_decorators__", None)
+    for own in (
+        (written.field_serializers, written.model_serializers, written.computed_fields) if written else ()
+    ):
+        if own:
+            words = "parameters are stored as they are, without serializers and computed fields"
+            raise PluginError(f"{place}: found {next(iter(own))}; {words}")
     if issubclass(model, Equations):
         check_name(model, place)
         _check_old(model, place)
@@ -191,7 +198,11 @@ def check_defaults(model: type[Any], place: str) -> None:
                 raise PluginError(f"{place}: {name}{_line_of(model, name)}: {words}") from None
     if not any(field.is_required() for field in model.model_fields.values()):
         try:
-            model.model_validate({})
+            made: Any = model.model_validate({})
+            for _ in range(2):  # the defaults, and what validators make of them
+                if not isinstance(made, model):
+                    raise PluginError(f"{place}: a validator returned {made!r:.80}; expected self")
+                made = model.model_validate(vars(made))
         except ValidationError as error:
             words = error.errors()[0]["msg"].removeprefix("Value error, ")
             raise PluginError(f"{place}: {words}") from None
