@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from typing import NamedTuple
+from typing import Any
 
 import numpy as np
 
 import escort_mj
-from benchmarks.document import measure_page, table
+from benchmarks.document import measure_page, table_of
 from escort_mj.scenario import parse_scenario
 
 PAGE = "clutter.md"
 SEEDS = range(1, 11)
+CLEAR = "none"
 SHAPES = "[sphere, box, cylinder, capsule, ellipsoid]"
 MISSIONS = {
     2: """
@@ -45,27 +45,26 @@ uncertainty: {{disturbance: ["0.5*sin(0.5*t)", "0.5*sin(0.7*t)", "0.5*cos(0.5*t)
 }
 
 
-class Trial(NamedTuple):
-    """One mission to fly."""
-
-    axes: int
-    seed: int
-
-
-class Result(NamedTuple):
-    """What came of it."""
-
-    completed: bool
-    touches: tuple[str, ...]  # who, when, how hard
-    to_obstacles: float  # least clearance of a robot to an obstacle [m]
-    to_robots: float  # and to another robot [m]
-    avoided: float  # share of robots' time under avoidance
-    left_behind: float  # largest distance of a robot from the ring [m], after the start
-    error: float  # mean distance of robots from the ring in the last 2 s [m]
+COLUMNS = {
+    "p": "{axes}",
+    "seed": "{seed}",
+    "touches": "{touches}",
+    "to obstacles [m]": "{to_obstacles:.3f}",
+    "to robots [m]": "{to_robots:.3f}",
+    "avoiding": "{avoiding:.1f} %",
+    "farthest off the ring [m]": "{left_behind:.2f}",
+    "off the ring at the end [m]": "{error:.4f}",
+}
+SHARES = {
+    "p": "{axes}",
+    "no touch": "{clear} of {missions}",
+    "least clearance to an obstacle [m]": "{to_obstacles:.3f}",
+}
 
 
-def judged(run: escort_mj.Run) -> Result:
-    """What came of a mission."""
+def judged(axes: int, seed: int, run: escort_mj.Run) -> dict[str, Any]:
+    """What came of a mission: who touched whom, when and how hard; least clearances [m]; the robots' time
+    under avoidance [%]; their distance from the ring [m], largest after the start and mean at the end."""
     trace = run.trace
     time, names = trace["time"].values, trace["body"].values
     distance = np.linalg.norm(trace["q"].values - trace["target_position"].values[:, None], axis=2)
@@ -75,52 +74,34 @@ def judged(run: escort_mj.Run) -> Result:
         f"{float(episode['episode_start']):.1f} s, {float(episode['episode_peak_force']):.1f} N"
         for episode in (trace.isel(episode=k) for k in range(trace.sizes["episode"]))
     ]
-    return Result(
-        bool(time[-1] > 119.9),
-        tuple(touches),
-        float(trace["clearance"].sel(group="obstacles").min()),
-        float(trace["clearance"].sel(group="robots").min()),
-        float(trace["avoidance_active"].values.mean()),
-        float(error[time > 10.0].max()),
-        float(error[time >= 118.0].mean()),
-    )
+    return {
+        "axes": axes,
+        "seed": seed,
+        "touches": "; ".join(touches) or (CLEAR if time[-1] > 119.9 else "did not complete"),
+        "to_obstacles": float(trace["clearance"].sel(group="obstacles").min()),
+        "to_robots": float(trace["clearance"].sel(group="robots").min()),
+        "avoiding": 100.0 * float(trace["avoidance_active"].values.mean()),
+        "left_behind": float(error[time > 10.0].max()),
+        "error": float(error[time >= 118.0].mean()),
+    }
 
 
-def rows(found: dict[Trial, Result]) -> Iterator[list[str]]:
-    """One row per mission."""
-    for trial, result in found.items():
-        yield [
-            str(trial.axes),
-            str(trial.seed),
-            "; ".join(result.touches) or ("none" if result.completed else "did not complete"),
-            f"{result.to_obstacles:.3f}",
-            f"{result.to_robots:.3f}",
-            f"{100.0 * result.avoided:.1f} %",
-            f"{result.left_behind:.2f}",
-            f"{result.error:.4f}",
-        ]
-
-
-def shares(found: dict[Trial, Result]) -> Iterator[list[str]]:
-    """Missions without a touch, of each number of axes."""
-    for axes in MISSIONS:
-        results = [result for trial, result in found.items() if trial.axes == axes]
-        clear = sum(result.completed and not result.touches for result in results)
-        yield [str(axes), f"{clear} of {len(results)}", f"{min(r.to_obstacles for r in results):.3f}"]
+def share(axes: int, found: list[dict[str, Any]]) -> dict[str, Any]:
+    """Missions without a touch, of those with so many axes."""
+    some = [each for each in found if each["axes"] == axes]
+    clear = sum(each["touches"] == CLEAR for each in some)
+    least = min(each["to_obstacles"] for each in some)
+    return {"axes": axes, "clear": clear, "missions": len(some), "to_obstacles": least}
 
 
 def tables() -> dict[str, str]:
-    """Flies all missions on all cores, prints the tables, and writes them into the docs if asked."""
-    todo = [Trial(axes, seed) for axes in MISSIONS for seed in SEEDS]
-    texts = (MISSIONS[trial.axes].format(seed=trial.seed, shapes=SHAPES) for trial in todo)
+    """Flies all missions on all cores."""
+    todo = [(axes, seed) for axes in MISSIONS for seed in SEEDS]
+    texts = (MISSIONS[axes].format(seed=seed, shapes=SHAPES) for axes, seed in todo)
     runs = escort_mj.run_many((parse_scenario(text, "clutter") for text in texts), traces=True)
-    found = {trial: judged(run) for trial, run in zip(todo, runs, strict=True)}
-    head = ["p", "seed", "touches", "to obstacles [m]", "to robots [m]", "avoiding"]
-    head += ["farthest off the ring [m]", "off the ring at the end [m]"]
-    return {
-        "shares": table(["p", "no touch", "least clearance to an obstacle [m]"], shares(found)),
-        "clutter": table(head, rows(found)),
-    }
+    found = [judged(*trial, run) for trial, run in zip(todo, runs, strict=True)]
+    shares = [share(axes, found) for axes in MISSIONS]
+    return {"shares": table_of(shares, SHARES), "clutter": table_of(found, COLUMNS)}
 
 
 if __name__ == "__main__":

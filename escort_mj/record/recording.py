@@ -168,6 +168,13 @@ def is_log(trace: Recorded) -> bool:
     return LOG in trace.attrs
 
 
+def versions_of(attributes: Mapping[str, Any]) -> dict[str, str]:
+    """Return what took part in a run, by name, from the attributes of its trace."""
+    prefix = "version_"
+    named = {str(key): str(value) for key, value in attributes.items()}
+    return {key.removeprefix(prefix): value for key, value in named.items() if key.startswith(prefix)}
+
+
 def ends_early(trace: Recorded, needed: float) -> str:
     """Return how far a log of real robots goes, in words, if not as far as needed [s]; empty of a run."""
     end = float(trace.attrs.get(LOG_END, np.inf))

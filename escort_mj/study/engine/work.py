@@ -19,6 +19,7 @@ from escort_mj.metrics.metric import Metric
 from escort_mj.mission import Flight, Room, fly, save
 from escort_mj.record.folder import CHECK, STUDY, RunFolder, is_run, read_run
 from escort_mj.record.outcome import Outcome
+from escort_mj.record.recording import versions_of
 from escort_mj.record.window import Span
 from escort_mj.scenario import Scenario, dump_scenario
 from escort_mj.scenario.reader.catalog import catalog_of
@@ -162,7 +163,6 @@ def perform(job: Job) -> Row:
         stopping.raise_if_interrupted()  # some libraries make an interrupt an error of their own
         words = f"{type(error).__name__}: {error}"
         return nothing(traceback.format_exc().strip() if job.made_by == CHECK else words)
-    attributes, prefix = run.recording.attrs, "version_"
     return Row(
         job.key,
         job.seed,
@@ -174,11 +174,7 @@ def perform(job: Job) -> Row:
         time.perf_counter() - began,
         run.verdicts,
         dump_scenario(scenario),
-        {
-            str(name).removeprefix(prefix): str(value)
-            for name, value in attributes.items()
-            if str(name).startswith(prefix)
-        },
+        versions_of(run.recording.attrs),
         {name: found.value for name, found in (run.measures | more).items()} if run.outcome.good else {},
         job.folder if kept else None,
     )

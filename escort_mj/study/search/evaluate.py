@@ -87,7 +87,7 @@ class Evaluator:
             title: A sentence for the first line and the scenario's description.
         """
         moved = [
-            f"# {key}: {value:g}; without the search {_number(base_of(self.design, key))}"
+            f"# {key}: {value:g}; without the search {number_text(base_of(self.design, key))}"
             for key, value in point.items()
         ]
         named = scenario.replace(name=path.stem[:80], description=title[:2000])
@@ -132,7 +132,8 @@ def base_of(design: Design, key: str) -> float | None:
     return value if isinstance(value, int | float) and not isinstance(value, bool) else None
 
 
-def _number(value: float | None) -> str:
+def number_text(value: float | None) -> str:
+    """Return the number that a key has, or that it has none."""
     return "no number" if value is None else f"{value:g}"
 
 

@@ -17,7 +17,7 @@ from escort_mj.study.engine.backends import Backend
 from escort_mj.study.engine.store import Row
 from escort_mj.study.engine.work import Job
 from escort_mj.study.search.asking import Asker
-from escort_mj.study.search.evaluate import Evaluator, Point, base_of
+from escort_mj.study.search.evaluate import Evaluator, Point, base_of, number_text
 from escort_mj.study.search.robustness import BEST, broken_by, robustness
 from escort_mj.study.search.shrink import shrink
 from escort_mj.study.sweeps.design import Design
@@ -184,10 +184,6 @@ def _write(evaluator: Evaluator, number: int, words: str, point: Point, folder: 
     )
 
 
-def _written(value: float | None) -> str:
-    return "no number" if value is None else f"{value:g}"
-
-
 def falsification_lines(found: Falsified) -> list[str]:
     """What is to be said of a search, for a terminal."""
     said = []
@@ -210,7 +206,7 @@ def _moves(one: Counterexample) -> list[str]:
     if not one.point:
         return ["  as the study stands, without anything moved"]
     return [
-        f"  {key} = {value:.6g} (without the search {_written(one.base[key])})"
+        f"  {key} = {value:.6g} (without the search {number_text(one.base[key])})"
         for key, value in one.point.items()
     ]
 

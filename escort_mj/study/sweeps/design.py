@@ -11,7 +11,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cache
 from importlib.metadata import version
-from itertools import product
+from itertools import islice, product
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, NamedTuple
@@ -115,10 +115,9 @@ class Design:
             self.factors += self.study.sample.over
         first = self._own_seed() if self.study.first_seed is None else self.study.first_seed
         self.seeds = tuple(range(first, first + self.study.seeds))
-        self._try_cells()
-        self._check_metrics()
-        self._check_levels()
-        self._check_searches()
+        for faults in (self._cell_faults, self._metric_faults, self._level_faults, self._search_faults):
+            if found := list(islice(dict.fromkeys(faults()), MOST_FAULTS)):
+                raise ScenarioError(found)
 
     def scenario(self, cell: Cell, seed: int | None = None) -> Scenario:
         """The checked scenario of a cell, with a seed or with its own.
@@ -181,24 +180,19 @@ class Design:
     def __len__(self) -> int:
         return len(self.cells) * len(self.seeds)
 
-    def _try_cells(self) -> None:
-        """Check every cell with its first seed.
-
-        Raises:
-            ScenarioError: With the faults of the cells; each fault once.
-        """
-        faults: dict[Fault, None] = {}
-        self._shortest = math.inf
+    def _cell_faults(self) -> Iterator[Fault]:
+        """What is wrong with cells, each tried with its first seed."""
+        self._shortest, found = math.inf, set[Fault]()
         for cell in self.cells:
             try:
                 tried = self.scenario(cell, self.seeds[0] + self._apart(cell))
                 self._shortest = min(self._shortest, tried.duration)
             except ScenarioError as error:
-                faults |= {self._placed(fault, cell): None for fault in error.faults}
-            if len(faults) > MOST_FAULTS:
+                faults = [self._placed(fault, cell) for fault in error.faults]
+                found |= {*faults}
+                yield from faults
+            if len(found) > MOST_FAULTS:
                 break
-        if faults:
-            raise ScenarioError(list(faults)[:MOST_FAULTS])
 
     def measured(self) -> tuple[Measured, ...]:
         """What is measured of each run beside the metrics that it has anyway, each once."""
@@ -206,54 +200,34 @@ class Design:
         found = [Measured(one.key, one.metric, one.span) for one in asked if one.span is not None]
         return tuple(dict.fromkeys(found))
 
-    def _check_metrics(self) -> None:
-        """Checks that the metrics that the study names exist, in the package or in the scenario's plugins.
-
-        Raises:
-            ScenarioError: With each that does not.
-        """
+    def _metric_faults(self) -> Iterator[Fault]:
+        """Metrics that the study names and neither the package nor a plugin has, and windows without runs."""
         asked = list(self.study.asked())
         if not asked:
             return
         scenario = self.scenario(self.cells[0], self.seeds[0])
         metrics = catalog_of(type(scenario)).of(Metric)
         known, moments = [one.name for one in metrics], {one.name for one in metrics if one.moment}
-        faults = [
-            self.file.fault(
-                f"found {one.metric!r}; the metrics are {listed(known)}{did_you_mean(one.metric, known)}",
-                *(*path, "metric"),
-            )
-            for path, one in asked
-            if one.metric not in known
-        ]
-        faults += [
-            self.file.fault(f"found {start:g} s; the run ends at {self._shortest:g} s", *path)
-            for path, one in asked
-            if one.span is not None
-            for start in (max(one.span.after, one.span.before or 0.0),)
-            if one.span.after >= self._shortest or start > self._shortest
-        ]
-        faults += [
-            self.file.fault(
-                f"found tail; {one.metric} is a moment of the run, looked for in all of it", *path, "over"
-            )
-            for path, one in asked
-            if one.over == "tail" and one.metric in moments
-        ]
-        if faults:
-            raise ScenarioError(faults)
+        for path, one in asked:
+            if one.metric not in known:
+                words = f"found {one.metric!r}; the metrics are {listed(known)}"
+                yield self.file.fault(words + did_you_mean(one.metric, known), *path, "metric")
+            if one.span is not None:
+                latest = max(one.span.after, one.span.before or 0.0)
+                if one.span.after >= self._shortest or latest > self._shortest:
+                    words = f"found {latest:g} s; the run ends at {self._shortest:g} s"
+                    yield self.file.fault(words, *path)
+            if one.over == "tail" and one.metric in moments:
+                words = f"found tail; {one.metric} is a moment of the run, looked for in all of it"
+                yield self.file.fault(words, *path, "over")
 
     def cells_where(self, where: Mapping[str, Any]) -> list[int]:
         """Numbers of cells, see `cells_where`."""
         return cells_where(self.cells, where)
 
-    def _check_levels(self) -> None:
-        """Check that factors and levels by which expectations and figures choose cells exist.
-
-        Raises:
-            ScenarioError: With each that does not.
-        """
-        study = self.study
+    def _level_faults(self) -> Iterator[Fault]:
+        """Factors and levels by which expectations and figures choose cells, and that do not exist."""
+        study, sound = self.study, True
         chosen: list[tuple[tuple[str | int, ...], Mapping[str, Any]]]
         chosen = [(("expect", place, "where"), claim.where) for place, claim in enumerate(study.expect)]
         chosen += [
@@ -262,39 +236,33 @@ class Design:
             if claim.better is not None
         ]
         chosen += [(("figures", place, "where"), shown.where) for place, shown in enumerate(study.figures)]
-        faults, varied = [], listed(self.factors) if self.factors else "nothing"
+        varied = listed(self.factors) if self.factors else "nothing"
         for path, where in chosen:
             for name, levels in where.items():
                 known = list(dict.fromkeys(word(cell.labels.get(name)) for cell in self.cells))
                 for level in levels if isinstance(levels, list | tuple) else [levels]:
                     if name not in self.factors:
-                        words = f"is no factor; this study varies {varied}"
-                        faults.append(self.file.fault(words + did_you_mean(name, self.factors), *path, name))
+                        words, sound = f"is no factor; this study varies {varied}", False
+                        yield self.file.fault(words + did_you_mean(name, self.factors), *path, name)
                         break
                     if word(level) not in known:
-                        words = f"found {_short(level)}; the levels are {listed(known)}"
-                        faults.append(self.file.fault(words + did_you_mean(word(level), known), *path, name))
+                        words, sound = f"found {_short(level)}; the levels are {listed(known)}", False
+                        yield self.file.fault(words + did_you_mean(word(level), known), *path, name)
         if study.apart and study.apart not in self.factors:
-            words = f"found {shortened(study.apart)}; this study varies {varied}"
-            faults.append(self.file.fault(words, "apart"))
+            words, sound = f"found {shortened(study.apart)}; this study varies {varied}", False
+            yield self.file.fault(words, "apart")
         for place, shown in enumerate(study.figures):
             count = len(self.cells_where(shown.where))
-            if not faults and not 0 < count <= MOST_BESIDE:
+            if sound and not 0 < count <= MOST_BESIDE:
                 words = f"chooses {count} cells; a figure has room for 1 to {MOST_BESIDE}"
-                faults.append(self.file.fault(words, "figures", place, "where"))
-        if faults:
-            raise ScenarioError(faults[:MOST_FAULTS])
+                yield self.file.fault(words, "figures", place, "where")
 
-    def _check_searches(self) -> None:
-        """Try every key of a search's box at both its bounds, and count the runs that are made at once.
+    def _search_faults(self) -> Iterator[Fault]:
+        """What is wrong with searches: keys tried at both their bounds, and too many runs made at once.
 
         Bounds may be impossible together with other keys; such points are passed over by a search.
-
-        Raises:
-            ScenarioError: If scenarios have no such key, it may not have such a value, or there are too many
-                runs.
         """
-        faults, study = [], self.study
+        study = self.study
         for section, search in (("tune", study.tune), ("falsify", study.falsify)):
             if search is None:
                 continue
@@ -304,7 +272,7 @@ class Design:
             for key, runs in sizes.items():
                 if runs > MOST_RUNS:
                     words = f"takes {runs:,} runs at once in {len(self.cells):,} cells"
-                    faults.append(self.file.fault(f"{words}; allowed are {MOST_RUNS:,}", section, key))
+                    yield self.file.fault(f"{words}; allowed are {MOST_RUNS:,}", section, key)
             for key, bounds in search.over.items():
                 if key in study.parameters or key == SEED:
                     continue
@@ -312,10 +280,8 @@ class Design:
                     bound = getattr(bounds, side)
                     cell = self.cells_at({key: int(bound) if bounds.whole else bound})[0]
                     if about := self._faults_about(key, cell):
-                        faults.append(self.file.fault(about[0], section, "over", key, side))
+                        yield self.file.fault(about[0], section, "over", key, side)
                         break
-        if faults:
-            raise ScenarioError(faults[:MOST_FAULTS])
 
     def _faults_about(self, key: str, cell: Cell) -> list[str]:
         """What is wrong with a cell because of one key by itself."""

@@ -153,7 +153,7 @@ def _answer(results: Results, one: CellsExpectation, level: str) -> Answer:
 
 def _of_cell(results: Results, one: CellsExpectation, index: int, other: int | None) -> Answer:
     """Whether a claim holds in one cell."""
-    if not _completed(results, index):
+    if not results.completed(index):
         return Answer(False, "; ".join(filter(None, (_ended(results, at) for at in (index, other)))))
     holds, words = True, []
     for bound in one.bounds:
@@ -173,7 +173,7 @@ def _better(results: Results, index: int, other: int, better: Better) -> bool:
 
     A cell with runs that did not complete is never better, and any that completed is better than it.
     """
-    if not _completed(results, other):
+    if not results.completed(other):
         return True
     names = [each.key for each in better.quantities]
     ahead = any(_wins(results, index, other, name, better.by) for name in names)
@@ -182,8 +182,8 @@ def _better(results: Results, index: int, other: int, better: Better) -> bool:
 
 def _wins(results: Results, index: int, other: int, name: str, by: float) -> bool:
     """Whether a cell's median is better than another's by a share."""
-    if not _completed(results, index) or not _completed(results, other):
-        return _completed(results, index)
+    if not results.completed(index) or not results.completed(other):
+        return results.completed(index)
     ours, theirs = _value(results, name, index), _value(results, name, other)
     more = results.quantities[name].more_is_better
     return theirs < ours * (1.0 - by) if more else ours < theirs * (1.0 - by)
@@ -191,7 +191,7 @@ def _wins(results: Results, index: int, other: int, name: str, by: float) -> boo
 
 def _pairs(results: Results, index: int, other: int, better: Better) -> str:
     """Medians of both cells side by side, or how the other one ended."""
-    if not _completed(results, other):
+    if not results.completed(other):
         return _ended(results, other)
     both = []
     for each in better.quantities:
@@ -213,10 +213,6 @@ def _value(results: Results, name: str, index: int) -> float:
 def _known(results: Results, index: int) -> bool:
     """Whether all runs of a cell have been made."""
     return all(run.key in results.rows for run in results.runs if run.cell == index)
-
-
-def _completed(results: Results, index: int) -> bool:
-    return bool((results.of_cell(COMPLETED, index) == 1.0).all())
 
 
 def _ended(results: Results, index: int | None) -> str:

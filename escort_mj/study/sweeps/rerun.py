@@ -17,7 +17,7 @@ from escort_mj.mission import Progress, fly
 from escort_mj.recognize import OUTCOME, RESOLVED, SCENARIO
 from escort_mj.record.folder import RunFolder, StoredRun, read_run
 from escort_mj.record.outcome import FINAL, Outcome, Verdict
-from escort_mj.record.recording import is_log
+from escort_mj.record.recording import is_log, versions_of
 from escort_mj.record.stored import PLUGINS, TRACE
 from escort_mj.scenario import Scenario
 from escort_mj.scenario.reader.changes import changes_between
@@ -105,7 +105,7 @@ class Side(NamedTuple):
     @classmethod
     def stored(cls, run: StoredRun) -> Side:
         """Return what a run folder holds."""
-        return cls(run.trace, run.outcome["outcome"], run.verdicts, _versions_of(run.trace))
+        return cls(run.trace, run.outcome["outcome"], run.verdicts, versions_of(run.trace.attrs))
 
     @property
     def ended(self) -> bool:
@@ -142,7 +142,7 @@ def rerun_folder(
     else:
         with RunFolder.create(out) as folder:
             run = fly(scenario, folder, progress)
-    now = Side(run.trace, run.outcome.value, run.verdicts, _versions_of(run.trace))
+    now = Side(run.trace, run.outcome.value, run.verdicts, versions_of(run.trace.attrs))
     file = path / (RESOLVED if (path / RESOLVED).is_file() else SCENARIO)
     reran = f"{file}: {scenario.name}, seed {scenario.seed}, {scenario.duration:g} s"
     notes = (f"reran  {reran}", *_interventions(stored), *_edits(stored, scenario), *_changed_plugins(stored))
@@ -199,7 +199,7 @@ def _edits(stored: StoredRun, scenario: Scenario) -> list[str]:
     then = stored.outcome.get("scenario_sha256")
     if then and then != hashlib.sha256(stored.scenario_yaml.encode()).hexdigest():
         said.append(f"edited  {RESOLVED} is not what ran: it was changed after the run")
-    recorded = _versions_of(stored.trace)
+    recorded = versions_of(stored.trace.attrs)
     for name, version in stored.outcome.get("versions", {}).items():
         if str(version) != recorded.get(name):
             said.append(
@@ -262,13 +262,6 @@ def compare_runs(first: Side, second: Side, tolerance: float = TOLERANCE) -> Agr
         verdicts=[(a.message, b.message) for a, b in pairs if a.passed != b.passed],
         tolerance=tolerance,
     )
-
-
-def _versions_of(trace: xarray.Dataset) -> dict[str, str]:
-    """What took part in a run, by name."""
-    prefix = "version_"
-    named = {str(key): str(value) for key, value in trace.attrs.items()}
-    return {key.removeprefix(prefix): value for key, value in named.items() if key.startswith(prefix)}
 
 
 def _differ(then: xarray.DataArray, now: xarray.DataArray) -> float | None:

@@ -284,7 +284,7 @@ class Results:
         able = [
             (sign * spread.mean, index)
             for index, spread in enumerate(spreads)
-            if self._whole(index) and spread.known and not spread.never
+            if self.completed(index) and spread.known and not spread.never
         ]
         return min(able)[1] if able else None
 
@@ -304,7 +304,7 @@ class Results:
         told = zip(firsts.items(), corrected, strict=True)
         return {name: (index, p) for (name, index), p in told if p < 1.0 - LEVEL}
 
-    def _whole(self, index: int) -> bool:
+    def completed(self, index: int) -> bool:
         """Whether every run of a cell completed."""
         return bool((self.of_cell(COMPLETED, index) == 1.0).all())
 
@@ -313,7 +313,7 @@ class Results:
         values, fine = self.of_cell(quantity, first), self.resolution(quantity)
         found = []
         for index in range(len(self.cells)):
-            if index != first and self._whole(index) and self.spread(quantity, index).known:
+            if index != first and self.completed(index) and self.spread(quantity, index).known:
                 resolution = np.maximum(fine[self.cell == first], fine[self.cell == index])
                 found.append(paired(values, self.of_cell(quantity, index), resolution=resolution))
         if all(one.alike == one.pairs for one in found):

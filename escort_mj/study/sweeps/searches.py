@@ -9,6 +9,7 @@ from pydantic import Field, PositiveFloat, PositiveInt
 
 from escort_mj.components.parameters import Parameters
 from escort_mj.scenario.findings import Finding
+from escort_mj.study.sweeps.expected import CellBound
 from escort_mj.study.sweeps.quantities import MetricOver
 from escort_mj.study.sweeps.ranges import Box
 
@@ -43,13 +44,9 @@ class Objective(MetricOver):
     """Which way."""
 
 
-class MetricBound(MetricOver):
+class MetricBound(CellBound):
     """A bound on the mean of a metric over cells and seeds."""
 
-    at_most: float | None = None
-    """Upper bound, in the metric's unit."""
-    at_least: float | None = None
-    """Lower bound, in the metric's unit."""
     at_most_own: PositiveFloat | None = None
     """Upper bound as a multiple of what the scenario's own values come to, with the same seeds."""
 
