@@ -47,7 +47,8 @@ def held_against(found: Measure, unit: str, bounds: Sequence[Limits]) -> Judgmen
     if found.value is None:
         return nothing_found(found.reason, unit)
     margin, bound = min(((one.margin(found.value), one) for one in bounds), key=lambda pair: pair[0])
-    near = bound.is_near(margin)
+    counted = not unit and found.value.is_integer() and bound.value.is_integer()  # nothing lies between
+    near = bound.is_near(margin) and not counted
     words = f"{text_of(found.value, unit)}{circumstances(found)}"
     words += f"{found.manner and ', ' + found.manner}{', a near miss' if near else ''}"
     return Judgment(margin >= 0.0, words, found.value, unit, found.time, found.bodies, margin, near)

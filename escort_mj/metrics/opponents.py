@@ -43,13 +43,18 @@ WATCHES = {
 
 
 def _ended(trace: Recorded, status: int) -> Measure:
-    """How many opponents end with a status, when the first of them did, and which they are."""
+    """How many opponents end with a status; which came to it first, and when, and the others after it."""
     if lacks(trace, "opponent_status"):
         return Measure(None, reason=NO_OPPONENTS)
     which = np.flatnonzero(trace["opponent_status"].values[-1] == status)
     if not len(which):
         return Measure(0.0)
-    return Measure(float(len(which)), worst_of(trace, WATCHES[status]).time, _named(trace, which))
+    rows = np.argmax(trace["opponent_status"].values[:, which] == status, axis=0)
+    order = np.argsort(rows, kind="stable")
+    first, *others = zip(_named(trace, which[order]), trace["time"].values[rows[order]], strict=True)
+    then = ", ".join(f"{name} at {time:.2f} s" for name, time in others)
+    time = worst_of(trace, WATCHES[status]).time
+    return Measure(float(len(which)), time, first[:1], manner=then and f"then {then}")
 
 
 @metric(

@@ -124,3 +124,14 @@ def test_least_time_to_reach(flown: Run) -> None:
 def test_without_opponents_there_is_none(compiled: None) -> None:
     quiet = run(Scenario(duration=0.1))
     assert quiet.metrics["opponents_breached"]["value"] is None
+
+
+def test_each_opponent_is_told_with_its_own_time(compiled: None) -> None:
+    made = run("pursuit/intruders")
+    verdict = next(each for each in made.verdicts if each.metric == "opponents_intercepted")
+    status, time = made.trace["opponent_status"].values, made.trace["time"].values
+    names = [str(name) for name in made.trace["obstacle"].values[-status.shape[1] :]]
+    caught = sorted((float(time[np.argmax(status[:, k] == 2)]), name) for k, name in enumerate(names))
+    for moment, name in caught:
+        assert f"{name} at {moment:.2f} s" in verdict.message
+    assert f"5 ({caught[0][1]} at" in verdict.message and not verdict.near_miss
