@@ -276,9 +276,10 @@ class Fleet:
         return session.flight()
 
     def close(self) -> None:
-        """End the threads."""
+        """End the threads; what is asked for afterwards is done by the thread that asks."""
         if self._pool is not None:
             self._pool.shutdown()
+            self._pool = None
 
     def _session(self, scenario: Scenario) -> Session:
         commanded = None if self._side == "opponents" else self._command

@@ -29,6 +29,7 @@ Array = NDArray[np.float64]
 P = ParamSpec("P")
 T = TypeVar("T")
 MOST = 1e10  # m, m/s, N, kg, ...: beyond, doubles tell no micrometers apart, and squares of sums overflow
+MANY = 10**7  # entries of a list that no argument has
 FEW = 100  # numbers that Python adds faster than NumPy looks at them
 
 
@@ -381,6 +382,8 @@ _CONTAINERS: dict[Any, Kind] = {
 def _real_array(value: ArrayLike) -> Array | None:
     """Return a copy of real numbers as an array of float64; None for anything else."""
     try:
+        if isinstance(value, Sequence) and len(value) > MANY:  # such as a range, which fills the memory
+            return None
         raw = np.asarray(value)
         if raw.dtype.kind == "O" and all(map(_is_number, raw.ravel())):
             return raw.astype(float)

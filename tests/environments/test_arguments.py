@@ -94,6 +94,9 @@ def test_options_weights_and_names_that_nobody_knows() -> None:
         EscortEnv().reset(options={"seed": 3})
     with pytest.raises(UsageError, match=r"options: found 3; expected a table with reset_mask, or None"):
         EscortVectorEnv(2).reset(options=3)  # type: ignore[arg-type]
+    closed = EscortVectorEnv(2, threads=2)
+    closed.close()
+    assert closed.reset(seed=3)[0].shape == (2, 5, closed.fleet.senses.width), "by the thread that asks"
     for wrong in ([1], "1", 1.0, -1, True):
         with pytest.raises(UsageError, match=r"seed: found .*; expected a whole number of at least 0"):
             EscortEnv().reset(seed=wrong)  # type: ignore[arg-type]

@@ -26,7 +26,7 @@ WRONG: list[Any] = [
     *({}, {"x": 1}, {3: 4}, object(), print, int, np.zeros((2, 3)), np.full(2, NAN), np.ones((2, 2)) * 1j),
     *(np.array("x"), np.ma.masked_array(np.zeros((2, 2)), mask=True), np.zeros((0,)), range(3)),
 ]  # fmt: skip
-WRONG += [type("Number", (), {"__index__": lambda self: 3})(), pandas.Series([1, 2])]
+WRONG += [type("Number", (), {"__index__": lambda self: 3})(), pandas.Series([1, 2]), range(10**9)]
 PLACES, STILL = np.array([[3.0, 0.0], [-3.0, 0.5]]), np.zeros((2, 2))
 
 
