@@ -115,8 +115,8 @@ def mission() -> list[list[str]]:
         ["trace", f"{size:.0f} MB, {run.trace.sizes['time']} samples"],
     ]
     for verdict in run.verdicts:
-        found = str(verdict["message"]).partition(": ")[2]
-        facts.append([f"{verdict['metric']}: {verdict['demanded']}", found or str(verdict["message"])])
+        found = verdict.message.partition(": ")[2]
+        facts.append([f"{verdict.metric}: {verdict.demanded}", found or verdict.message])
     return facts
 
 

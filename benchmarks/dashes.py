@@ -9,15 +9,14 @@ import numpy as np
 
 import escort_mj
 from benchmarks.document import DOCS, publish, table, wants_docs
+from benchmarks.perimeter import LAW, POINT
 from escort_mj import palette
 from escort_mj.report.figures.drawing.style import figure, legend
 
 PAGE, PICTURE = "pursuit.md", DOCS / "figures" / "dashes.png"
 COUNTS = range(4, 13)
 CIRCLE, SPEED = 5.0, 1.0  # radius [m] and speed of the robots [m/s]
-POINT = 1e-3  # the smallest radius of a body [m]
 FINE = 1e-3  # of the ratio
-LAW = {"law": "computed_torque", "position_gain": 0.0, "velocity_gain": 400.0, "acceleration_filter": 0.0}
 
 
 class Team(NamedTuple):

@@ -12,7 +12,7 @@ import numpy as np
 
 from benchmarks.bare import Bare
 from benchmarks.document import table
-from benchmarks.paired import alternate, effort, paired
+from benchmarks.paired import alternate, effort, medians
 from benchmarks.peers.ours import advance, mission
 from escort_mj.report.figures.drawing.style import figure
 from escort_mj.world.callback import native_loop
@@ -57,11 +57,8 @@ def compare(n: int, **what: Any) -> dict[str, float]:
 
     native(), bare.step(steps)
     times = alternate({"bare": lambda: bare.step(steps), "native": native}, ROUNDS)
-    return {
-        **{name: 1e6 * float(np.median(values)) for name, values in times.items()},
-        "native/bare": paired(times, "native", "bare"),
-        "control": 1e9 / n * float(np.median(times["native"] - times["bare"])),
-    }
+    control = 1e9 / n * float(np.median(times["native"] - times["bare"]))
+    return medians(times, "bare") | {"control": control}
 
 
 def measure() -> list[dict[str, Any]]:

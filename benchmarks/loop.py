@@ -9,11 +9,9 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
-
 from benchmarks.bare import Bare
 from benchmarks.document import table_of
-from benchmarks.paired import alternate, effort, paired
+from benchmarks.paired import alternate, effort, medians
 from escort_mj.api import load_scenario
 from escort_mj.world.callback import native_loop
 from escort_mj.world.model.build import build
@@ -55,9 +53,7 @@ def compare(scenario: str, overrides: list[str], rounds: int = 31, steps: int = 
         slow.step(WARM_UP)
     bare.skip(WARM_UP)
     loops = {"bare": lambda: bare.step(steps), "native": native, "interpreted": interpreted}
-    times = alternate(loops, rounds)
-    found = {name: 1e6 * float(np.median(values)) for name, values in times.items()}
-    return found | {f"{name}/bare": paired(times, name, "bare") for name in ("native", "interpreted")}
+    return medians(alternate(loops, rounds), "bare")
 
 
 def measure() -> list[dict[str, Any]]:

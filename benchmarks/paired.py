@@ -42,6 +42,12 @@ def alternate(loops: Mapping[str, Callable[[], float]], rounds: int) -> Times:
     return {name: np.array(values) for name, values in times.items()}
 
 
+def medians(times: Times, base: str) -> dict[str, float]:
+    """Medians over rounds of costs in [s], in [us], and of their paired ratios to one, as `name/base`."""
+    ratios = {f"{name}/{base}": paired(times, name, base) for name in times if name != base}
+    return {name: 1e6 * float(np.median(values)) for name, values in times.items()} | ratios
+
+
 def paired(times: Times, one: str, other: str) -> float:
     """Median over rounds of the ratio of two costs."""
     return float(np.median(times[one] / times[other]))

@@ -53,32 +53,36 @@ def starts(ratio: float, random: np.random.Generator) -> list[tuple[float, float
     return found
 
 
+def defense(perimeter: float, intruders: list[dict[str, Any]]) -> dict[str, Any]:
+    """Return the mission of one robot that guards a perimeter of this radius [m]; all bodies are points."""
+    return {
+        "target": {"radius": POINT},
+        "robots": {"positions": [[perimeter, 0.0]], "radius": POINT},
+        "opponents": [
+            {"radius": POINT, "body": {"mass": 0.01}, "reach_distance": perimeter - 2.0 * POINT} | each
+            for each in intruders
+        ],
+        "mission": {
+            "radius": perimeter, "max_speed": SPEED,
+            "behaviors": ["surface", {"behavior": "guard", "gain": 50.0}],
+        },
+        "controller": LAW,
+    }  # fmt: skip
+
+
 def is_breached(distance: float, angle: float, ratio: float) -> bool:
     """Whether the intruder comes in, in a mission."""
     place = [distance * math.cos(angle), distance * math.sin(angle)]
     intruder: dict[str, Any] = {
         "positions": [place],
-        "radius": POINT,
-        "body": {"mass": 0.01},
         "capture_distance": CAUGHT,
-        "reach_distance": PERIMETER - 2.0 * POINT,
         "policy": {
             "policy": "breach", "speed": ratio * SPEED, "perimeter": PERIMETER, "rival_speed": SPEED,
             "interval": 0.02,
         },
     }  # fmt: skip
-    keys: dict[str, Any] = {
-        "duration": 1.5 * math.pi * PERIMETER / (ratio * SPEED),
-        "target": {"radius": POINT},
-        "robots": {"positions": [[PERIMETER, 0.0]], "radius": POINT},
-        "opponents": [intruder],
-        "mission": {
-            "radius": PERIMETER, "max_speed": SPEED,
-            "behaviors": ["surface", {"behavior": "guard", "gain": 50.0}],
-        },
-        "controller": LAW,
-    }  # fmt: skip
-    return escort_mj.run(keys).values["opponents_breached"] == 1.0
+    duration = {"duration": 1.5 * math.pi * PERIMETER / (ratio * SPEED)}
+    return escort_mj.run(duration | defense(PERIMETER, [intruder])).values["opponents_breached"] == 1.0
 
 
 def share(outcomes: NDArray[np.bool_]) -> str:

@@ -14,7 +14,7 @@ import numpy as np
 
 from benchmarks.document import table_of
 from benchmarks.loop import UNTIL_FAR, WARM_UP
-from benchmarks.paired import alternate, effort, paired
+from benchmarks.paired import alternate, effort, medians
 from escort_mj.api import load_scenario
 from escort_mj.mission import BLOCK
 from escort_mj.record.journal import Journal
@@ -68,10 +68,8 @@ def compare(scenario: str, overrides: list[str], rounds: int = 31) -> dict[str, 
             {name: lambda loop=loop: effort(loop) / steps for name, loop in loops.items()}, rounds
         )
         journal.close()
-    found = {name: 1e6 * float(np.median(values)) for name, values in times.items()}
-    ratios = {f"{name}/alone": paired(times, name, "alone") for name in ("sampled", "written")}
     every = "step" if world.schedule.stride == 1 else f"{world.schedule.stride} steps"
-    return found | ratios | {"numbers": f"{len(samples[0])} every {every}"}
+    return medians(times, "alone") | {"numbers": f"{len(samples[0])} every {every}"}
 
 
 def measure() -> list[dict[str, Any]]:

@@ -9,10 +9,10 @@ import numpy as np
 
 import escort_mj
 from benchmarks.document import measure_page, table
-from benchmarks.perimeter import LAW, POINT
+from benchmarks.perimeter import SPEED, defense
 
 PAGE = "pursuit.md"
-PERIMETER, SPEED = 2.0, 1.0  # radius [m] and speed of the defender [m/s]
+PERIMETER = 2.0  # radius [m]
 CAUGHT = 0.02  # gap at which the defender has caught an intruder [m]: 1 % of the radius
 INTRUDER, FAR = 1.0, 7.0  # speed of intruders [m/s], and how far from the perimeter they start [m]
 LOADS = (0.5, 1.0, 2.0, 4.0)  # mean number of intruders while the defender runs half of the perimeter
@@ -37,9 +37,8 @@ def stopped(load: float, seed: int) -> float:
     away = (PERIMETER + FAR) * np.stack([np.cos(angles), np.sin(angles)], axis=1)
     opponents: list[dict[str, Any]] = [
         {
-            "name": f"from_{number}", "positions": [place.tolist()], "start": float(start), "radius": POINT,
-            "body": {"mass": 0.01}, "capture_distance": CAUGHT, "reach_distance": PERIMETER - 2.0 * POINT,
-            "policy": {"policy": "straight", "speed": INTRUDER},
+            "name": f"from_{number}", "positions": [place.tolist()], "start": float(start),
+            "capture_distance": CAUGHT, "policy": {"policy": "straight", "speed": INTRUDER},
         }
         for number, (start, place) in enumerate(zip(starts, away, strict=True))
     ]  # fmt: skip
@@ -47,16 +46,8 @@ def stopped(load: float, seed: int) -> float:
         "duration": float(starts[-1]) + (FAR + 1.0) / INTRUDER,
         "physics": {"timestep": 0.005},
         "recording": {"rate": 10},
-        "target": {"radius": POINT},
-        "robots": {"positions": [[PERIMETER, 0.0]], "radius": POINT},
-        "opponents": opponents,
-        "mission": {
-            "radius": PERIMETER, "max_speed": SPEED,
-            "behaviors": ["surface", {"behavior": "guard", "gain": 50.0}],
-        },
-        "controller": LAW,
-    }  # fmt: skip
-    found = escort_mj.run(keys).trace["opponent_status"].values[-1]
+    }
+    found = escort_mj.run(keys | defense(PERIMETER, opponents)).trace["opponent_status"].values[-1]
     return float((found[1:] == 2.0).mean())
 
 
