@@ -91,7 +91,7 @@ def by_callback(world: World, data: mujoco.MjData, driver: Driver, steps: int) -
         mujoco.set_mjcb_control(None)
 
 
-@pytest.mark.parametrize("steps", [120, pytest.param(5000, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("steps", [60, pytest.param(5000, marks=pytest.mark.slow)])
 @pytest.mark.parametrize(
     ("keys", "drive"),
     [
