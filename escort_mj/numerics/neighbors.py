@@ -360,7 +360,8 @@ def _list_neighbors(points: Array, radius: Array, lists: Lists) -> None:
     note[SKIN] = min(note[SKIN], THICKEST * note[SPACING])
     total = length = 0.0
     for slot in range(n):
-        total += 1.0 / _list_one(slot, largest, size, counts, here, points, lists)
+        nearest = _list_one(slot, largest, size, counts, here, points, lists)
+        total += 1.0 / nearest if nearest > 0.0 else math.inf
     for i in range(n):
         length += rows[i, COUNT] if rows[i, COUNT] != ALL else rows.shape[1]
     note[SPACING], note[LENGTH] = n / total, length / n

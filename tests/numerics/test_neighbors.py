@@ -132,3 +132,13 @@ def test_wild_positions_do_no_harm() -> None:
             lists.keep(points)
         counts = lists.lists[:, COUNT]
         assert ((counts == ALL) | ((counts >= 0) & (counts < NEIGHBORS))).all()
+
+
+def test_robots_in_one_place_are_listed_by_plain_python_as_by_machine_code(compiled) -> None:
+    found = []
+    for call in (keep, keep_neighbors):
+        lists = Lists(np.full(100, 0.2), 2)
+        call(np.zeros((100, 2)), lists.radius, neighbors.Lists(lists.lists, *lists.rest))
+        found.append(lists)
+    assert all((each.lists[:, COUNT] == ALL).all() for each in found)
+    assert all(np.array_equal(one, other) for one, other in zip(*(each.rest for each in found), strict=True))
