@@ -181,7 +181,7 @@ class Surroundings:
             return None, None
         n, p = self.setup.count, self.setup.axes
         given = self.masses if mass is None else mass
-        if np.ndim(given) == 1:
+        if isinstance(given, range) or np.ndim(given) == 1:  # a range may have more entries than memory holds
             matrices = numbers(given, "mass", (n,), "one mass per robot [kg]")[:, None, None] * np.eye(p)
         else:
             matrices = numbers(given, "mass", (n, p, p), "one mass matrix per robot [kg]")

@@ -210,6 +210,7 @@ def test_jitter_does_not_add_up() -> None:
         ({"obstacles": np.zeros((3, 2))}, r"obstacles: found the shape \(3, 2\); .*shape \(4, 2\)"),
         ({"points": np.zeros((5, 4, 2))}, "points: all obstacles are spheres"),
         ({"mass": [1, 2]}, r"mass: found the shape \(2,\)"),
+        ({"mass": range(10**9)}, r"mass: found range\(0, 1000000000\); expected one mass per robot"),
         ({"bias": np.zeros(5)}, r"bias: found the shape \(5,\)"),
     ],
 )
