@@ -379,10 +379,25 @@ _CONTAINERS: dict[Any, Kind] = {
 }
 
 
+def shape_of(value: Any) -> tuple[int, ...]:
+    """Return the shape of an argument; of what is no array, nothing, and of what is too long, its length."""
+    if _is_too_long(value):
+        return (len(value),)
+    try:
+        return np.shape(value)
+    except ValueError:  # rows of several lengths
+        return ()
+
+
+def _is_too_long(value: Any) -> bool:
+    """Whether it has more entries than any argument, such as a range, which would fill the memory."""
+    return isinstance(value, Sequence) and len(value) > MANY
+
+
 def _real_array(value: ArrayLike) -> Array | None:
     """Return a copy of real numbers as an array of float64; None for anything else."""
     try:
-        if isinstance(value, Sequence) and len(value) > MANY:  # such as a range, which fills the memory
+        if _is_too_long(value):
             return None
         raw = np.asarray(value)
         if raw.dtype.kind == "O" and all(map(_is_number, raw.ravel())):

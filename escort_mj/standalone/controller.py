@@ -20,6 +20,7 @@ from escort_mj.scenario.arguments import (
     is_finite,
     number,
     numbers,
+    shape_of,
     whole_number,
 )
 from escort_mj.scenario.findings import shown
@@ -528,7 +529,7 @@ class RobotController:
     def _mine(self, name: str, value: ArrayLike) -> Array:
         """Return what is known of this robot in place of all; of the others the same is assumed."""
         n, p, m = self.team.count, self.team.axes, len(self.team.obstacles)
-        matrix = () if np.ndim(value) == 0 else (p, p)
+        matrix = () if not shape_of(value) else (p, p)
         shape = {"points": (m, p), "bias": (p,), "commanded": (p,), "mass": matrix}[name]
         mine = numbers(value, name, shape, "what is known of this robot")
         return np.broadcast_to(mine, (n, *mine.shape))

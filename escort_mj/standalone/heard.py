@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from escort_mj.errors import UsageError
-from escort_mj.scenario.arguments import argument_error, number, numbers, whole_number
+from escort_mj.scenario.arguments import argument_error, number, numbers, shape_of, whole_number
 
 Array = NDArray[np.float64]
 
@@ -84,7 +84,7 @@ def _position_and_velocity(
 ) -> tuple[Array, Array]:
     """Return a position and a velocity of a shape, where one or both were given."""
     try:
-        both = np.ndim(value) == len(shape) + 1
+        both = len(shape_of(value)) == len(shape) + 1
     except ValueError:  # rows of different lengths
         both = False
     if not both:

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from escort_mj.components.setup import FunctionOfTime
 from escort_mj.control.setup import Setup
 from escort_mj.errors import UsageError
-from escort_mj.scenario.arguments import argument_error, numbers
+from escort_mj.scenario.arguments import argument_error, numbers, shape_of
 from escort_mj.scenario.geometry.obstacle_body import Body
 from escort_mj.scenario.geometry.shapes import in_space, nearest_on_shape
 
@@ -106,7 +106,7 @@ class Surroundings:
             centers[index] = path.position(time)
         if given is not None:
             moving = [index for index, _ in self.paths]
-            rows = moving if np.shape(given)[:1] == (len(moving),) else list(range(len(centers)))
+            rows = moving if shape_of(given)[:1] == (len(moving),) else list(range(len(centers)))
             shape = (len(rows), self.setup.axes)
             some = "moving " if rows == moving else ""
             centers[rows] = numbers(given, "obstacles", shape, f"centers of the {some}obstacles [m]")
@@ -181,7 +181,7 @@ class Surroundings:
             return None, None
         n, p = self.setup.count, self.setup.axes
         given = self.masses if mass is None else mass
-        if isinstance(given, range) or np.ndim(given) == 1:  # a range may have more entries than memory holds
+        if len(shape_of(given)) == 1:
             matrices = numbers(given, "mass", (n,), "one mass per robot [kg]")[:, None, None] * np.eye(p)
         else:
             matrices = numbers(given, "mass", (n, p, p), "one mass matrix per robot [kg]")

@@ -17,6 +17,7 @@ from escort_mj.scenario.arguments import (
     checked_fields,
     number,
     numbers,
+    shape_of,
 )
 
 Array = NDArray[np.float64]
@@ -80,7 +81,7 @@ class Area:
         Raises:
             UsageError: If an argument is not valid.
         """
-        count = max(np.shape(corners)[0] if np.ndim(corners) else 0, 3)
+        count = max([3, *shape_of(corners)[:1]])
         points = numbers(corners, "corners", (count, 2), "at least three corners in the plane [m]")
         around = points - points.mean(axis=0)
         x, y = around.T

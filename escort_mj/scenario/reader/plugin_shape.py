@@ -19,6 +19,7 @@ from escort_mj.errors import PluginError
 from escort_mj.estimators import Estimator
 from escort_mj.expectations.expectation import Expectation
 from escort_mj.metrics.metric import Metric
+from escort_mj.plugin_calls import is_plugins
 from escort_mj.policies import Policy
 from escort_mj.robots import RobotKind
 from escort_mj.scenario.findings import did_you_mean, listed
@@ -253,8 +254,27 @@ def _check_equations(model: type[Equations], place: str) -> None:
         raise PluginError(
             f"{place}: {taken[0]} is a value that {kind_word(model)}s read; choose another name"
         )
-    for function in model.equations().values():
+    for name, function in model.equations().items():
         _check_signature(function, ["self", "r"], place)
+        if model.compiled and (at := _prints(function, set())):
+            words = "a component writes nothing to standard output"
+            raise PluginError(f"{place}: found print in {name}{_line(at)}; {words}")
+
+
+def _prints(function: Any, seen: set[Any]) -> Any:
+    """Return the function of a plugin, of those that one calls, that prints; None if none does.
+
+    Of what Python evaluates, this is found as it happens; machine code writes past Python.
+    """
+    function = getattr(function, "py_func", function)
+    if not isfunction(function) or function in seen or not is_plugins(function):
+        return None
+    seen.add(function)
+    names = function.__code__.co_names
+    if "print" in names and "print" not in function.__globals__:
+        return function
+    called = (_prints(function.__globals__.get(name), seen) for name in names)
+    return next(filter(None, called), None)
 
 
 def estimable(unit: str) -> list[str]:
