@@ -113,7 +113,8 @@ def checked_model(
     Raises:
         RobotError: If it cannot be read, or cannot be driven.
     """
-    keys: dict[str, Any] = {"file": file.name, "body": body} | ({"drive": drive} if drive else {})
+    keys: dict[str, Any] = {"file": file.name or str(file), "body": body}
+    keys |= {"drive": drive} if drive else {}
     if drive is not None and drive not in DRIVES:
         raise UsageError(f"--drive: found {drive}; allowed are {listed(DRIVES)}")
     folder = file.parent if root is None else root

@@ -34,6 +34,7 @@ def test_an_answer_is_summed_up() -> None:
     ("arguments", "words"),
     [
         (["nowhere.xml"], "nowhere.xml: there is no such file"),
+        (["/"], "cannot be read: Is a directory"),
         ([str(HEXAROTOR), "--drive", "legs"], "--drive: found legs; allowed are force"),
         ([str(HEXAROTOR), "--drive", "wheels"], "none of its 6 actuators turns what stands on the floor"),
         ([str(HEXAROTOR), "--body", "tail"], "has no body tail; found frame"),

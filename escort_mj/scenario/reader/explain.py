@@ -11,7 +11,7 @@ from pydantic_core import ErrorDetails
 
 from escort_mj.expectations import Expectation
 from escort_mj.scenario.findings import Finding, Path, did_you_mean, listed, shown
-from escort_mj.scenario.kinds import KINDS
+from escort_mj.scenario.kinds import TABLES
 from escort_mj.scenario.reader.catalog import catalog_of
 from escort_mj.scenario.reader.files.paths import Location, locate, member_name
 from escort_mj.scenario.schema.fields import PATTERNS
@@ -91,7 +91,7 @@ def _wrong_tag(path: Path, context: dict[str, Any], data: Any) -> Finding:
     where = (*path, tag) if isinstance(held, dict) else path
     found = str(context["tag"])
     hint = did_you_mean(found, names)
-    if not hint and any(kind.named_by == tag and kind.of_plugins for kind in KINDS):
+    if not hint and any(kind.named_by == tag and kind.of_plugins for kind in TABLES):
         hint = "; plugins bring others (plugins: [FILE.py], or --plugin FILE.py)"
     return Finding(where, f"found {shown(found)}; allowed are {listed(names)}{hint}")
 

@@ -14,16 +14,21 @@ from escort_mj.scenario.findings import Path, key_path, shown
 from escort_mj.scenario.reader.document import MAX_DEPTH, Document, Place, too_small, unprintable
 
 
-def plain(value: Any) -> Any:
-    """The same as YAML would have it: dicts, lists, text, numbers, booleans and None; the rest as it is."""
+def plain(value: Any, depth: int = 0) -> Any:
+    """The same as YAML would have it: dicts, lists, text, numbers, booleans and None; the rest as it is.
+
+    What is nested more deeply than a file may be, such as a list that holds itself, is left as it is there.
+    """
+    if depth > MAX_DEPTH + 1:
+        return value
     if isinstance(value, np.ndarray | np.generic):
-        return plain(value.tolist())
+        return plain(value.tolist(), depth)
     if isinstance(value, BaseModel):
-        return plain(value.model_dump())
+        return plain(value.model_dump(), depth)
     if isinstance(value, Mapping):
-        return {key: plain(inner) for key, inner in value.items()}
+        return {key: plain(inner, depth + 1) for key, inner in value.items()}
     if isinstance(value, list | tuple):
-        return [plain(inner) for inner in value]
+        return [plain(inner, depth + 1) for inner in value]
     return os.fspath(value) if isinstance(value, os.PathLike) else value
 
 

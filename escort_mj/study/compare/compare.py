@@ -123,6 +123,8 @@ def chosen_names(
     """
     names = list(known)
     picked = [word.strip() for text in words for word in text.split(",") if word.strip()]
+    if words and not picked:
+        raise UsageError(f"{option}: found no name; allowed are {', '.join(names)}")
     for word in picked:
         if word not in names:
             raise UsageError(f"{option} {word}: allowed are {', '.join(names)}{did_you_mean(word, names)}")

@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 
 from escort_mj.errors import ScenarioError
 from escort_mj.scenario.reader.document import SMALLEST, plain_scalar, read_document
+from escort_mj.scenario.reader.load import scenario_of
 
 
 def faults(text: str) -> list[str]:
@@ -146,3 +147,10 @@ def test_control_characters_are_refused_where_they_stand(code: int):
 def test_line_breaks_tabs_and_any_script_are_text():
     text = "a\n\tb \u0645\u200c\u5b57 \U0001f600 $x^$ \\\\"
     assert read_document(json.dumps(text, ensure_ascii=False), "s.yaml").data == text
+
+
+def test_a_list_that_holds_itself_is_nested_too_deeply() -> None:
+    endless: list[object] = [1]
+    endless.append(endless)
+    with pytest.raises(ScenarioError, match="levels of nesting"):
+        scenario_of({"name": "endless", "recording": endless})

@@ -106,6 +106,8 @@ def test_names_are_chosen_in_the_order_given_and_once():
     assert chosen_names("--laws", ["asmc,pd", "asmc"], LAWS, []) == ["asmc", "pd"]
     with pytest.raises(UsageError, match=r'--laws asmk: allowed are apd_smc, .*did you mean "asmc"\?'):
         chosen_names("--laws", ["pd,asmk"], LAWS, [])
+    with pytest.raises(UsageError, match="--laws: found no name; allowed are apd_smc"):
+        chosen_names("--laws", [""], LAWS, ["pd"])
 
 
 def test_every_combination_differs_only_in_what_it_is_named_for(tmp_path):
