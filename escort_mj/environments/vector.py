@@ -104,7 +104,8 @@ class EscortVectorEnv(VectorEnv[Seen, NDArray[np.float32], NDArray[Any]], EzPick
         if options and "reset_mask" in options:
             mask = np.asarray(options["reset_mask"])
             if mask.shape != (self.num_envs,) or mask.dtype != np.bool_ or not mask.any():
-                raise UsageError(f"reset_mask is {mask!r}; expected {self.num_envs} flags, at least one set")
+                expected = f"{self.num_envs} flags, at least one set"
+                raise argument_error("reset_mask", options["reset_mask"], expected)
         seeds = self._seeds_of(seed)
         started = [int(k) for k in np.flatnonzero(mask)]
         self._begin(started, seeds)

@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from escort_mj.errors import UsageError, one_line
-from escort_mj.scenario.findings import did_you_mean, shortened, shown
+from escort_mj.scenario.findings import did_you_mean, shortened, shown, written
 
 Array = NDArray[np.float64]
 P = ParamSpec("P")
@@ -109,7 +109,7 @@ def argument_error(name: str, value: Any, expected: str) -> UsageError:
     if isinstance(value, np.ndarray) and value.ndim:
         words = f"an array of the shape {value.shape}"
     else:
-        plain = repr(value) if isinstance(value, list | tuple) else shown(value)
+        plain = written(value) if isinstance(value, list | tuple) else shown(value)
         words = "None" if value is None else shortened(one_line(plain), 80)
     return UsageError(f"{name}: found {words}; expected {expected}")
 

@@ -90,4 +90,12 @@ def shown(value: Any) -> str:
         return quote + text + quote + (" ..." if len(value) > 60 else "")
     if isinstance(value, int) and abs(value) >= 10**20:
         return "a whole number of more than 20 digits"
-    return repr(value)
+    return written(value)
+
+
+def written(value: Any) -> str:
+    """A value as Python writes it, or what it is where it has no text of its own."""
+    try:
+        return repr(value)
+    except Exception:  # of a class whose `__repr__` raises
+        return f"a {type(value).__name__} without a text"

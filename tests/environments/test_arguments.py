@@ -21,6 +21,13 @@ from escort_mj.environments.vector import EscortVectorEnv  # noqa: E402
 PLACES = "expected a Scenario or a file, the name of a shipped scenario, or a mapping"
 
 
+class Mute:
+    """An argument that cannot be shown."""
+
+    def __repr__(self) -> str:
+        raise RuntimeError("no text")
+
+
 @pytest.mark.parametrize(
     ("make", "arguments", "options", "message"),
     [
@@ -103,6 +110,8 @@ def test_options_weights_and_names_that_nobody_knows() -> None:
     EscortEnv().reset(seed=np.int64(3))  # type: ignore[arg-type]
     with pytest.raises(UsageError, match='touch: found "much"; expected a weight'):
         Reward(touch="much")  # type: ignore[arg-type]
+    with pytest.raises(UsageError, match="touch: found a Mute without a text; expected a weight"):
+        Reward(touch=Mute())  # type: ignore[arg-type]
     agents = EscortParallelEnv("main")
     agents.reset()
     with pytest.raises(UsageError, match='actions: found "robot_9"; expected names of agents: robot_1'):

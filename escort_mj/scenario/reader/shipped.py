@@ -10,7 +10,7 @@ from typing import Any
 from escort_mj.errors import UsageError
 from escort_mj.recognize import SUFFIXES, is_scenario_name, scenario_names, scenarios_folder, study_names
 from escort_mj.scenario.arguments import Overrides, Source, checked
-from escort_mj.scenario.findings import did_you_mean, shortened
+from escort_mj.scenario.findings import did_you_mean, shortened, written
 from escort_mj.scenario.reader.load import load_file, scenario_of
 from escort_mj.scenario.schema.scenario import Scenario
 
@@ -92,7 +92,7 @@ def _named(path: str | os.PathLike[str], what: str) -> str:
     """
     name = os.fspath(path) if isinstance(path, str | os.PathLike) else None
     if not isinstance(name, str):
-        found = shortened(repr(path), 80)
+        found = shortened(written(path), 80)
         raise UsageError(
             f"{what}: found {found}; expected a file, the name of a shipped {what}, or a mapping"
         )
