@@ -9,12 +9,9 @@ and put right; what takes too long is broken off.
 from __future__ import annotations
 
 import _thread
-import builtins
 import ctypes
 import math
-import operator
 import os
-import random
 import signal
 import sys
 import sysconfig
@@ -22,18 +19,17 @@ import threading
 import time
 import traceback
 import warnings
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager, suppress
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from functools import partial
 from threading import get_ident
 from time import monotonic
-from types import CodeType, ModuleType
-from typing import Any, TextIO
-
-import numpy as np
+from types import CodeType
+from typing import Any
 
 from escort_mj import stopping, supervised
 from escort_mj.errors import NotLoggedError, PluginCallError
+from escort_mj.shared_state import Output, SharedState
 
 LOOK = 0.25  # s between two looks at calls that take long
 ENDED = 3  # exit code of such a process
@@ -67,11 +63,6 @@ _UNANNOUNCED = (
     (_thread, "start_new_thread", "starts a thread"),
 )
 """What it does not announce."""
-_LIBRARIES = (
-    *("builtins", "json", "math", "numpy", "numpy.linalg", "numpy.random"),
-    *("os", "random", "signal", "sys", "time", "warnings"),
-)
-_SIGNALS = sorted(int(number) for number in signal.valid_signals() if number < 32)
 _exit = os._exit
 
 
@@ -184,7 +175,7 @@ def confined(file: str, function: Callable[..., Any] | None = None) -> Iterator[
         Trespass: For what the plugin did and may not do, unless another error is on its way.
     """
     _prepare()
-    before, call = _Shared(function is None), begin(function, file)
+    before, call = SharedState(function is None, _refuse), begin(function, file)
     try:
         yield
     except Trespass as error:
@@ -207,7 +198,7 @@ def watched() -> Iterator[list[str]]:
         right again.
     """
     _prepare()
-    before, found = _Shared(False), list[str]()
+    before, found = SharedState(False, _refuse), list[str]()
     try:
         yield found
     finally:
@@ -257,8 +248,8 @@ def step(function: Callable[..., Any], first: bool, call: Callable[[], Any]) -> 
         if supervised.own_page is not None:
             supervised.own_page.tell(place_in(function), timed=False)  # until another is called
         return returned
-    if type(sys.stdout) is not _Output and sys.stdout is not None:
-        sys.stdout = _Output(sys.stdout)
+    if type(sys.stdout) is not Output and sys.stdout is not None:
+        sys.stdout = Output(sys.stdout, _refuse)
     thread = get_ident()
     known = _calls.get(thread)
     outer = None
@@ -321,196 +312,6 @@ def _is_own(file: str) -> bool:
     while frame is not None and frame.f_code.co_filename.startswith((_STANDARD, "<frozen")):
         frame = frame.f_back
     return frame is not None and frame.f_code.co_filename == file
-
-
-class _Output:
-    """Standard output, on which plugins may not write."""
-
-    def __init__(self, stream: TextIO) -> None:
-        self.stream = stream
-
-    def write(self, text: str, /) -> int:
-        """Write, but not for a plugin."""
-        _refuse("prints to standard output, which is the command's; print(..., file=sys.stderr) is allowed")
-        return self.stream.write(text)
-
-    def __getattr__(self, name: str) -> Any:
-        if name in ("buffer", "close", "detach", "writelines"):
-            _refuse("writes to standard output, or closes it")
-        return getattr(self.stream, name)
-
-
-def _streams() -> tuple[Any, ...]:
-    """The standard streams, whatever threads have put around them."""
-    streams = sys.stdin, sys.stdout, sys.stderr
-    return tuple(each.stream if isinstance(each, _Output) else each for each in streams)
-
-
-class _Shared:
-    """What the whole process shares, as it was before a plugin's code ran."""
-
-    def __init__(self, loading: bool) -> None:
-        self._loading = loading
-        self._builtins = builtins.__dict__.copy()
-        self._streams = sys.stdin, sys.stdout, sys.stderr
-        self._output = _Output(sys.stdout) if sys.stdout is not None else None
-        if self._output is not None and not isinstance(sys.stdout, _Output):
-            sys.stdout = self._output
-        self._now = _streams()
-        self._copies = [None if file is None else os.dup(number) for number, file in enumerate(_files())]
-        self._files, self._folder, self._environment = _files(), _folder(), dict(os.environ)
-        self._errors, self._numpy, self._python = np.geterr(), np.random.get_state(), random.getstate()
-        self._handlers, self._timer = _handlers(), signal.getitimer(signal.ITIMER_REAL)
-        self._filters = list(warnings.filters)
-        self._limits = sys.getrecursionlimit(), sys.gettrace(), sys.getprofile()
-        self._modules = None if loading else sys.modules.copy()
-        self._members = [(one, vars(one).copy()) for one in _shared_modules(loading)]
-
-    def restored_builtins(self) -> str:
-        """What of Python's own functions the plugin replaced, in words, put right again; empty for nothing.
-
-        It calls none of them, and comes before all that does.
-        """
-        own, found = builtins.__dict__, ""
-        for name, value in self._builtins.items():
-            if name not in own or own[name] is not value:
-                own[name] = value
-                found = f"a plugin must not do this: it replaces {name} of Python"
-        return found
-
-    def changed(self) -> str:
-        """What the plugin changed, in words, put right again; empty for nothing."""
-        replaced = self._put_back()  # what follows calls functions of these modules
-        found = []
-        if _streams() != self._now:
-            found.append("replaces a standard stream")
-        sys.stdin, sys.stdout, sys.stderr = self._streams
-        if _files() != self._files:
-            found.append("closes or redirects a standard stream")
-            for number, copy in enumerate(self._copies):
-                if copy is not None:
-                    os.dup2(copy, number)
-        for copy in self._copies:
-            if copy is not None:
-                os.close(copy)
-        if _folder() != self._folder:
-            found.append("changes the working directory")
-            with suppress(OSError):
-                os.chdir(self._folder)
-        if dict(os.environ) != self._environment:
-            found.append("changes the environment")
-            os.environ.clear()
-            os.environ.update(self._environment)
-        if np.geterr() != self._errors:
-            found.append(
-                "changes how NumPy reports errors (np.seterr); np.errstate does so for some lines only"
-            )
-            np.seterr(**self._errors)
-        if not _same_state(np.random.get_state(), self._numpy) or random.getstate() != self._python:
-            found.append("seeds or draws shared random numbers; numpy.random.default_rng(seed) has its own")
-            np.random.set_state(self._numpy)
-            random.setstate(self._python)
-        found += self._changed_signals()
-        if (sys.getrecursionlimit(), sys.gettrace(), sys.getprofile()) != self._limits:
-            found.append("changes the interpreter")
-            sys.setrecursionlimit(self._limits[0])
-            sys.settrace(self._limits[1])
-            sys.setprofile(self._limits[2])
-        strict = [each for each in warnings.filters if each[0] == "error" and each not in self._filters]
-        if strict or (not self._loading and warnings.filters != self._filters):
-            found.append("changes what becomes of warnings")
-            warnings.filters[:] = self._filters  # type: ignore[index]
-        if self._modules is not None and (gone := self._modules.keys() - sys.modules.keys()):
-            found.append("takes modules away")
-            sys.modules.update({name: self._modules[name] for name in gone})
-        found += replaced
-        return f"a plugin must not do this: it {found[0]}" if found else ""
-
-    def _put_back(self) -> list[str]:
-        """Members of modules that are others now, in words, put right again."""
-        found = []
-        for module, before in self._members:
-            for name, value in _replaced(before, vars(module)):
-                found.append(f"replaces {module.__name__}.{name}")
-                setattr(module, name, value)
-        return found
-
-    def _changed_signals(self) -> Iterator[str]:
-        """Handlers and timers of signals that are others now, put right again."""
-        if threading.current_thread() is not threading.main_thread():
-            return
-        for number, handler in self._handlers.items():
-            if signal.getsignal(number) != handler:
-                yield "handles signals"
-                signal.signal(number, handler)
-        if signal.getitimer(signal.ITIMER_REAL)[0] > self._timer[0]:
-            yield "sets a timer"
-            signal.setitimer(signal.ITIMER_REAL, 0.0)
-
-
-def _files() -> list[tuple[int, int] | None]:
-    """What the standard files are."""
-    found: list[tuple[int, int] | None] = []
-    for number in range(3):
-        try:
-            status = os.fstat(number)
-            found.append((status.st_dev, status.st_ino))
-        except OSError:
-            found.append(None)
-    return found
-
-
-def _folder() -> str:
-    """The working directory; empty where it is gone."""
-    try:
-        return os.getcwd()
-    except OSError:
-        return ""
-
-
-def _handlers() -> dict[int, Any]:
-    """How signals are handled that Python can handle."""
-    known = ((number, signal.getsignal(number)) for number in _SIGNALS)
-    return {number: handler for number, handler in known if handler is not None}
-
-
-def _same_state(one: Any, other: Any) -> bool:
-    """Whether two states of NumPy's random numbers are the same."""
-    return bool(one[2:] == other[2:] and np.array_equal(one[1], other[1]))
-
-
-def _shared_modules(every: bool) -> list[ModuleType]:
-    """Modules and, of this package, their classes whose functions a plugin must not replace."""
-    names = [*_LIBRARIES, *_JUDGES]
-    if every:
-        names = [*_LIBRARIES, *(name for name in sys.modules if name.startswith(f"{_PACKAGE}."))]
-    modules = [module for name in names if isinstance(module := sys.modules.get(name), ModuleType)]
-    classes = [
-        value
-        for module in modules
-        if module.__name__.startswith(_PACKAGE)
-        for value in vars(module).values()
-        if isinstance(value, type) and value.__module__ == module.__name__
-    ]
-    return [*modules, *classes]  # type: ignore[list-item]
-
-
-_JUDGES = {f"{_PACKAGE}.{name}" for name in ("measuring", "metrics.metric", "expect.verdicts", "mission")}
-_JUDGES |= {f"{_PACKAGE}.{name}" for name in ("expectations.expectation", "record.recording", "errors")}
-_WRAPPED = (classmethod, staticmethod, property)
-
-
-def _replaced(before: Mapping[str, Any], now: Mapping[str, Any]) -> list[tuple[str, Any]]:
-    """Functions and classes of a module or class that are others now: their names, and what they were."""
-    if len(before) == len(now) and all(map(operator.is_, before.values(), now.values())):
-        return []
-    return [
-        (name, value)
-        for name, value in before.items()
-        if now.get(name) is not value
-        and (callable(value) or isinstance(value, _WRAPPED))
-        and not name.startswith("__")
-    ]
 
 
 def _guard(module: Any, name: str, words: str) -> None:
