@@ -13,7 +13,6 @@ from typing import Any, NamedTuple
 
 from escort_mj import stopping
 from escort_mj.errors import EscortError, Fault, ScenarioError
-from escort_mj.files import write_text
 from escort_mj.record.folder import CHECK, free_place
 from escort_mj.record.outcome import Outcome
 from escort_mj.scenario.reader.load import expectation_lines, read_text
@@ -22,8 +21,8 @@ from escort_mj.study.engine.backends import Backend
 from escort_mj.study.engine.parallel import Died, Workers, cores
 from escort_mj.study.engine.store import Row, Store
 from escort_mj.study.engine.work import Job, killed, perform
-from escort_mj.study.sweeps.design import CASE
-from escort_mj.study.sweeps.results import FILE
+from escort_mj.study.sweeps.design import CASE, Cell, Planned
+from escort_mj.study.sweeps.results import Facts, Varied
 from escort_mj.study.sweeps.sweep import make
 
 DIGITS = 32  # of a run's key
@@ -193,17 +192,15 @@ def _write_design(cases: Sequence[Case], tasks: Sequence[Job | Checked], out: Pa
     """Write what a report of the results has to know: a cell for each scenario."""
     runs = [(case, task) for case, task in zip(cases, tasks, strict=True) if isinstance(task, Job)]
     texts = {case.label: task.text for case, task in runs}
-    cells = [{"labels": {CASE: label}, "settings": {}, "scenario": label} for label in texts]
-    facts = {
-        "study": "check",
-        "description": "",
-        "texts": texts,
-        "factors": [{"name": CASE, "log": False, "drawn": False}],
-        "cells": cells,
-        "runs": [[list(texts).index(case.label), task.seed, task.key] for case, task in runs],
-    }
-    if cells:
-        write_text(out / FILE, json.dumps(facts) + "\n")
+    if runs:
+        facts = Facts(
+            study="check",
+            texts=texts,
+            factors=[Varied(CASE)],
+            cells=[Cell({CASE: label}, {}, label) for label in texts],
+            runs=[Planned([*texts].index(case.label), task.seed, task.key) for case, task in runs],
+        )
+        facts.write(out)
 
 
 @lru_cache(maxsize=64)

@@ -9,7 +9,7 @@ from escort_mj.api import scenarios_folder
 from escort_mj.study.engine.store import Row, Store
 from escort_mj.study.sweeps.definition import load_study
 from escort_mj.study.sweeps.design import Cell, Design
-from escort_mj.study.sweeps.results import Results, results_of, write_design
+from escort_mj.study.sweeps.results import Results, facts_of, results_of
 from tests.synthetic import make_verdict
 
 STUDY = """
@@ -95,7 +95,7 @@ def study_folder(folder: Path, text: str = STUDY, planter: Planter = plant) -> P
     with Store(out) as store:
         for row in rows(laid_out, planter).values():
             store.put(row)
-    write_design(laid_out, out)
+    facts_of(laid_out).write(out)
     (out / "runs" / "kept").mkdir(parents=True)
     (out / "runs.csv").write_text("seed\n")
     return out

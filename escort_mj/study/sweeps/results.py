@@ -12,7 +12,7 @@ from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, Field
+from pydantic import BaseModel, Field, field_serializer
 
 from escort_mj.errors import RunFolderError, UsageError
 from escort_mj.files import checked, read_json, write_text
@@ -87,6 +87,44 @@ class Factor(NamedTuple):
         return f"{self.name} [{self.unit}]" if self.unit else self.name
 
 
+class Varied(NamedTuple):
+    """A factor as the design knows it: see `Factor`."""
+
+    name: str
+    log: bool = False
+    drawn: bool = False
+
+
+class Facts(BaseModel, strict=True):
+    """What a report has to know of a design; the attributes are those of `Results`."""
+
+    study: str
+    description: str = ""
+    texts: Annotated[dict[str, str], Field(min_length=1)]
+    factors: list[Varied]
+    cells: Annotated[list[Cell], Field(min_length=1)]
+    runs: list[Planned]
+    metrics: dict[str, Quantity] = {}
+    """Those of plugins, and over windows that the study asks for."""
+    expect: Annotated[list[CellsExpectation], Field(strict=False)] = []
+    apart: str = ""
+    figures: Annotated[list[KeptFigure], Field(strict=False)] = []
+    chosen: list[str] = []
+    clocks: list[Clock] = []
+
+    def write(self, folder: Path) -> None:
+        """Write them beside the results that they are of: keys change with versions, this file does not."""
+        write_text(folder / FILE, json.dumps(self.model_dump()) + "\n")
+
+    @field_serializer("factors", "cells")
+    def _named(self, tuples: list[Any]) -> list[dict[str, Any]]:
+        return [one._asdict() for one in tuples]
+
+    @field_serializer("metrics")
+    def _described(self, metrics: dict[str, Quantity]) -> dict[str, Any]:
+        return {name: one._asdict() for name, one in metrics.items()}
+
+
 class Comparison(NamedTuple):
     """One level of a factor against the first, in one quantity.
 
@@ -133,37 +171,32 @@ class Results:
         quantities: Metrics and rates, by name.
     """
 
-    def __init__(self, facts: Mapping[str, Any], rows: Mapping[str, Row]) -> None:
+    def __init__(self, facts: Facts, rows: Mapping[str, Row]) -> None:
         """Compare them side by side.
 
         Args:
-            facts: As `facts_of` has them.
+            facts: Of the design.
             rows: By key.
         """
-        self.name, self.description = str(facts["study"]), str(facts["description"])
-        self.texts: dict[str, str] = dict(facts["texts"])
+        self.name, self.description, self.texts = facts.study, facts.description, facts.texts
         self.scenario = ", ".join(self.texts)
         first = next(iter(self.texts))
-        self.cells = tuple(Cell(**{"scenario": first} | cell) for cell in facts["cells"])
-        self.expect = [CellsExpectation.model_validate(one) for one in facts.get("expect", ())]
-        self.figures = [KeptFigure.model_validate(one) for one in facts.get("figures", ())]
-        self.apart = str(facts.get("apart", ""))
-        self.runs = tuple(Planned(*run) for run in facts["runs"])
+        self.cells = tuple(cell._replace(scenario=cell.scenario or first) for cell in facts.cells)
+        self.expect, self.figures, self.apart = facts.expect, facts.figures, facts.apart
+        self.runs, self.chosen, self.clocks = tuple(facts.runs), facts.chosen, facts.clocks
         self.rows = {run.key: rows[run.key] for run in self.runs if run.key in rows}
         self.cell = np.array([run.cell for run in self.runs], dtype=np.intp)
         own = {
-            name: Quantity(**{"title": name.replace("_", " ")} | one)
-            for name, one in facts.get("metrics", {}).items()
+            name: one._replace(title=one.title or name.replace("_", " "))
+            for name, one in facts.metrics.items()
         }
         self.metrics: dict[str, Quantity] = VALUES | own
-        self.chosen = [str(name) for name in facts.get("chosen", ())]
-        self.clocks = [Clock(*one) for one in facts.get("clocks", ())]
         self.quantities = RATES | self.metrics
         self.levels: dict[str, NDArray[np.intp]] = {}
         self.level_of_cell: dict[str, NDArray[np.intp]] = {}
         self._values: dict[str, Array] = {}
         self._summaries: dict[tuple[str, int], Summary] = {}
-        self.factors = {one["name"]: self._factor(**one) for one in facts["factors"]}
+        self.factors = {one.name: self._factor(*one) for one in facts.factors}
 
     def _factor(self, name: str, log: bool, drawn: bool) -> Factor:
         plain = list({json.dumps(cell.labels[name]): cell.labels[name] for cell in self.cells}.values())
@@ -388,26 +421,26 @@ def _median(values: Array) -> float:
     return float(np.median(known)) if len(known) else math.nan
 
 
-def facts_of(design: Design) -> dict[str, Any]:
+def facts_of(design: Design) -> Facts:
     """What a report has to know of a design, as JSON can hold it."""
     study = design.study
     log = {key for key, value in study.vary.items() if isinstance(value, Steps) and value.scale == "log"}
     drawn = {key: draw for key, draw in draws_of(study).items() if isinstance(draw, Range)}
     log |= {key for key, draw in drawn.items() if draw.scale == "log"}
-    return {
-        "study": study.study,
-        "description": study.description,
-        "texts": {name: template.text for name, template in design.templates.items()},
-        "expect": [one.model_dump() for one in study.expect],
-        "apart": study.apart,
-        "figures": [one.model_dump() for one in study.figures],
-        "factors": [{"name": n, "log": n in log, "drawn": n in drawn} for n in design.factors],
-        "cells": [cell._asdict() for cell in design.cells],
-        "runs": [list(run) for run in design.runs()],
-        "metrics": {name: quantity._asdict() for name, quantity in _own_quantities(design).items()},
-        "chosen": [one.key for one in study.quantities],
-        "clocks": [list(design.clock(cell)) for cell in design.cells],
-    }
+    return Facts(
+        study=study.study,
+        description=study.description,
+        texts={name: template.text for name, template in design.templates.items()},
+        expect=[*study.expect],
+        apart=study.apart,
+        figures=[*study.figures],
+        factors=[Varied(name, name in log, name in drawn) for name in design.factors],
+        cells=json.loads(json.dumps([cell._asdict() for cell in design.cells], default=str)),
+        runs=[*design.runs()],
+        metrics=_own_quantities(design),
+        chosen=[one.key for one in study.quantities],
+        clocks=[design.clock(cell) for cell in design.cells],
+    )
 
 
 def _own_quantities(design: Design) -> dict[str, Quantity]:
@@ -418,14 +451,9 @@ def _own_quantities(design: Design) -> dict[str, Quantity]:
     return {name: quantity_of_metric(metric) for name, metric in own.items()} | windows
 
 
-def write_design(design: Design, folder: Path) -> None:
-    """Writes beside the results what they are results of: keys change with versions, this file does not."""
-    write_text(folder / FILE, json.dumps(facts_of(design), default=str) + "\n")
-
-
 def results_of(design: Design, rows: Mapping[str, Row]) -> Results:
     """A design's results."""
-    return Results(json.loads(json.dumps(facts_of(design), default=str)), rows)
+    return Results(facts_of(design), rows)
 
 
 def open_results(folder: Path) -> Results:
@@ -441,73 +469,35 @@ def open_results(folder: Path) -> Results:
                 f"{folder}: holds results but no design ({FILE}); the sweep that made them writes it"
             )
         facts = _checked(read_json(folder / FILE), folder / FILE)
-        return Results(facts, store.get(key for _, _, key in facts["runs"]))
+        return Results(facts, store.get(run.key for run in facts.runs))
 
 
-class _Factor(BaseModel, strict=True):
-    name: str
-    log: bool
-    drawn: bool
-
-
-class _Metric(BaseModel, strict=True):
-    unit: str
-    meaning: str
-    more_is_better: bool
-    title: str = ""
-    window: str = ""
-    read: str = ""
-    moment: bool = False
-
-
-class _Cell(BaseModel, strict=True):
-    labels: dict[str, Any]
-    settings: dict[str, Any]
-    scenario: str = ""
-
-
-class _Facts(BaseModel, strict=True):
-    """What `facts_of` returns."""
-
-    study: str
-    description: str
-    texts: Annotated[dict[str, str], Field(min_length=1)]
-    factors: list[_Factor]
-    cells: Annotated[list[_Cell], Field(min_length=1)]
-    runs: list[Annotated[list[Any], Field(min_length=3, max_length=3)]]
-    metrics: dict[str, _Metric] = {}
-    expect: Annotated[list[CellsExpectation], Field(strict=False)] = []
-    apart: str = ""
-    figures: Annotated[list[KeptFigure], Field(strict=False)] = []
-    chosen: list[str] = []
-    clocks: list[Annotated[list[float], Field(min_length=2, max_length=2)]] = []
-
-
-def _checked(facts: Any, path: Path) -> dict[str, Any]:
+def _checked(found: Any, path: Path) -> Facts:
     """Return the facts of a design, if they are such.
 
     Raises:
-        RunFolderError: If they are not what `facts_of` returns.
+        RunFolderError: If they are not.
     """
-    checked(_Facts, facts, path)
-    for place, (cell, seed, key) in enumerate(facts["runs"]):
-        known = type(cell) is int and 0 <= cell < len(facts["cells"])
-        if not known or type(seed) is not int or not isinstance(key, str):
-            raise RunFolderError(f"{path}: is damaged: runs[{place}] is not a cell, a seed and a key")
-    known = VALUES.keys() | facts.get("metrics", {}).keys()
-    if unknown := [name for name in facts.get("chosen", []) if name not in known]:
-        raise RunFolderError(f"{path}: is damaged: chosen names {unknown[0]!r}, which is no metric of it")
-    clocks = facts.get("clocks", [])
-    if len(clocks) not in (0, len(facts["cells"])) or not all(
-        0.0 < one < LARGEST for c in clocks for one in c
-    ):
-        raise RunFolderError(f"{path}: is damaged: clocks are not two times for each cell")
-    names = {factor["name"] for factor in facts["factors"]}
-    for place, cell in enumerate(facts["cells"]):
-        if missing := names - cell["labels"].keys():
-            raise RunFolderError(f"{path}: is damaged: cells[{place}].labels has no {sorted(missing)[0]}")
-        for name, value in cell["labels"].items():
+    facts: Facts = checked(Facts, found, path)
+    known = VALUES.keys() | facts.metrics.keys()
+    damage = [
+        f"chosen names {name!r}, which is no metric of it" for name in facts.chosen if name not in known
+    ]
+    damage += [
+        f"runs[{place}] names no cell of it"
+        for place, run in enumerate(facts.runs)
+        if not 0 <= run.cell < len(facts.cells)
+    ]
+    times = [time for clock in facts.clocks for time in clock]
+    if len(facts.clocks) not in (0, len(facts.cells)) or not all(0.0 < time < LARGEST for time in times):
+        damage.append("clocks are not two times for each cell")
+    for place, cell in enumerate(facts.cells):
+        labels = f"cells[{place}].labels"
+        lacking = [one.name for one in facts.factors if one.name not in cell.labels]
+        damage += [f"{labels} has no {name}" for name in lacking]
+        for name, value in cell.labels.items():
             if isinstance(value, int | float) and not abs(value) < LARGEST:
-                words = f"cells[{place}].labels.{name} is no number of a study"
-                raise RunFolderError(f"{path}: is damaged: {words}")
-    return dict(facts)
+                damage.append(f"{labels}.{name} is no number of a study")
+    if damage:
+        raise RunFolderError(f"{path}: is damaged: {damage[0]}")
+    return facts

@@ -21,7 +21,7 @@ from escort_mj.study.engine.store import FILE, Row, Store
 from escort_mj.study.engine.work import RUNS, Job, killed, perform
 from escort_mj.study.sweeps.definition import StudyFile, cells_of
 from escort_mj.study.sweeps.design import Design, Planned, word
-from escort_mj.study.sweeps.results import results_of, write_design
+from escort_mj.study.sweeps.results import Results, facts_of
 
 CONFIRMING = "--yes (in Python confirmed=True) makes them"
 TABLE = "runs.csv"
@@ -84,6 +84,8 @@ def sweep_design(
     asked = list(design.runs())
     planned = [run for run in asked if run.cell in cells]
 
+    facts = facts_of(design)
+
     def kept() -> str:
         known = store.known()
         ended = sum(run.key in known for run in planned)
@@ -91,7 +93,7 @@ def sweep_design(
 
     with Store(out) as store, stopping.keeping(kept):
         write_text(out / "study.yaml", design.file.text)
-        write_design(design, out)
+        facts.write(out)
         if again == "all":
             store.forget(run.key for run in planned)
         elif again == "broken_off":
@@ -107,7 +109,7 @@ def sweep_design(
         jobs = [_job(design, run, out) for run in missing]
         made += make(jobs, store, backend, len(planned), progress)
         rows = store.get(run.key for run in asked)
-    write_csv(design, asked, rows, out)
+    write_csv(Results(facts, rows), out)
     ended = [rows[run.key] for run in planned]
     failed = sum(not row.passed for row in ended)
     broken = sum(row.outcome != Outcome.COMPLETED.value for row in ended)
@@ -242,20 +244,19 @@ def _job(design: Design, run: Planned, out: Path) -> Job:
     )
 
 
-def write_csv(design: Design, planned: Sequence[Planned], rows: dict[str, Row], out: Path) -> None:
+def write_csv(results: Results, out: Path) -> None:
     """Write the runs as comma-separated values: what was varied, how it ended, what failed, every metric."""
     facts = ("seed", "outcome", "passed", "failed", "simulated_time", "message", "key")
-    custom = {name for row in rows.values() for name in row.metrics if name not in METRIC_NAMES}
+    custom = {name for row in results.rows.values() for name in row.metrics if name not in METRIC_NAMES}
     metrics = [*METRIC_NAMES, *sorted(custom)]
-    results = results_of(design, rows)
     units = {name: quantity.unit for name, quantity in results.metrics.items()} | {"simulated_time": "s"}
-    factors = [results.factors[name].title for name in design.factors]
-    names = [*(["point"] if design.study.sample else []), *facts, *metrics]
+    factors = [factor.title for factor in results.factors.values()]
+    names = [*(["point"] if results.block == "point" else []), *facts, *metrics]
     lines: list[list[object]] = [[*factors, *(headed(name, units.get(name, "")) for name in names)]]
-    for run in planned:
-        if (row := rows.get(run.key)) is None:
+    for run in results.runs:
+        if (row := results.rows.get(run.key)) is None:
             continue
-        labels = design.cells[run.cell].labels
+        labels = results.cells[run.cell].labels
         lines.append(
             [
                 *(word(value) if isinstance(value, dict) else value for value in labels.values()),
