@@ -22,7 +22,16 @@ from escort_mj.environments.senses import Command, Reward, Seen
 from escort_mj.environments.single import spaces_of
 from escort_mj.errors import UsageError
 from escort_mj.scenario import Scenario
-from escort_mj.scenario.arguments import SEEDS, Count, Source, argument_error, checked, numbers, whole_number
+from escort_mj.scenario.arguments import (
+    SEEDS,
+    Count,
+    Source,
+    argument_error,
+    checked,
+    numbers,
+    shape_of,
+    whole_number,
+)
 
 Flags = NDArray[np.bool_]
 Step = tuple[Seen, NDArray[np.float64], Flags, Flags, dict[str, Any]]
@@ -102,10 +111,10 @@ class EscortVectorEnv(VectorEnv[Seen, NDArray[np.float32], NDArray[Any]], EzPick
         if unknown := [name for name in options or () if name != "reset_mask"]:
             raise argument_error("options", unknown[0], "reset_mask, or none")
         if options and "reset_mask" in options:
-            mask = np.asarray(options["reset_mask"])
-            if mask.shape != (self.num_envs,) or mask.dtype != np.bool_ or not mask.any():
-                expected = f"{self.num_envs} flags, at least one set"
-                raise argument_error("reset_mask", options["reset_mask"], expected)
+            given = options["reset_mask"]
+            mask = np.asarray(given) if shape_of(given) == mask.shape else np.zeros(0)
+            if mask.dtype != np.bool_ or not mask.any():
+                raise argument_error("reset_mask", given, f"{self.num_envs} flags, at least one set")
         seeds = self._seeds_of(seed)
         started = [int(k) for k in np.flatnonzero(mask)]
         self._begin(started, seeds)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from escort_mj.errors import RunFolderError
 from escort_mj.files import alive, checked, read_json, read_text, write_json
-from escort_mj.recognize import OUTCOME, RESOLVED, SCENARIO
+from escort_mj.recognize import OUTCOME, RESOLVED, SCENARIO, irregular
 from escort_mj.record.intact import MetricsFile, OutcomeEntries, check_trace
 from escort_mj.record.journal import journal_of, read_journal
 from escort_mj.record.outcome import Outcome, Verdict
@@ -86,6 +86,8 @@ def read_run(path: str | os.PathLike[str]) -> StoredRun:
         RunFolderError: If it is no run folder, or the run has recorded nothing.
     """
     folder = Path(path)
+    if kind := irregular(folder / MODEL):
+        raise RunFolderError(f"{folder / MODEL}: is {kind}, not a file")
     outcome = read_outcome(folder)
     trace = None
     if outcome["outcome"] == Outcome.RUNNING.value:

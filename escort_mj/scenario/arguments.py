@@ -385,7 +385,7 @@ def shape_of(value: Any) -> tuple[int, ...]:
         return (len(value),)
     try:
         return np.shape(value)
-    except ValueError:  # rows of several lengths
+    except Exception:  # rows of several lengths, or what it raises when it is asked for an array
         return ()
 
 
@@ -403,7 +403,7 @@ def _real_array(value: ArrayLike) -> Array | None:
         if raw.dtype.kind == "O" and all(map(_is_number, raw.ravel())):
             return raw.astype(float)
         return np.array(raw, dtype=float) if raw.dtype.kind in "fiu" else None
-    except (TypeError, ValueError, OverflowError):
+    except Exception:  # what it raises when it is asked for an array, too
         return None
 
 

@@ -60,8 +60,8 @@ def did_you_mean(word: str, names: Iterable[str], cutoff: float = 0.55) -> str:
 
 
 def listed(names: Sequence[str]) -> str:
-    """`a, b or c`."""
-    return " or ".join(filter(None, (", ".join(names[:-1]), names[-1])))
+    """`a, b or c`; `none` of nothing."""
+    return " or ".join(filter(None, (", ".join(names[:-1]), *names[-1:]))) or "none"
 
 
 def shortened(text: object, most: int = 200) -> str:

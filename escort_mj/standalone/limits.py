@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
@@ -45,7 +46,7 @@ class Area:
         Raises:
             UsageError: If shapes differ, or the box is empty.
         """
-        size = (max(np.size(low), 1),)
+        size = (max(math.prod(shape_of(low)), 1),)
         least = numbers(low, "low", size, "least coordinates [m]")
         most = numbers(high, "high", size, "largest coordinates [m]")
         if not (least < most).all():
@@ -65,7 +66,7 @@ class Area:
         Raises:
             UsageError: If an argument is not valid.
         """
-        middle = numbers(center, "center", (max(np.size(center), 1),), "coordinates [m]")
+        middle = numbers(center, "center", (max(math.prod(shape_of(center)), 1),), "coordinates [m]")
         size = number(radius, "radius", "a length above 0 [m]", Bound(0.0, above=True))
         return _Sphere(middle, size)
 

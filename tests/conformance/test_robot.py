@@ -43,3 +43,9 @@ def test_an_answer_is_summed_up() -> None:
 def test_wrong_input_is_one_line(monkeypatch, capfd, arguments: list[str], words: str) -> None:
     code, _, err = call(monkeypatch, capfd, "check-robot", *arguments)
     assert code == 2 and words in err and "Traceback" not in err and len(err.strip().splitlines()) == 1
+
+
+def test_a_body_of_a_file_without_bodies(monkeypatch, capfd, tmp_path: Path) -> None:
+    (tmp_path / "empty.xml").write_text("<mujoco><worldbody/></mujoco>")
+    code, _, err = call(monkeypatch, capfd, "check-robot", str(tmp_path / "empty.xml"), "--body", "tail")
+    assert code == 2 and "has no body tail; found none" in err

@@ -136,8 +136,9 @@ def test_what_cannot_be() -> None:
         environment.step(rest[0])
     with pytest.raises(UsageError, match="seed: found 3 seeds; expected 2"):
         environment.reset(seed=[1, 2, 3])
-    with pytest.raises(UsageError, match="reset_mask"):
-        environment.reset(options={"reset_mask": [True]})
+    for wrong in ([True], [[True], True], [1, 0], None):
+        with pytest.raises(UsageError, match="reset_mask: found .*; expected 2 flags, at least one set"):
+            environment.reset(options={"reset_mask": wrong})
     with pytest.raises(UsageError, match='options: found "radius"; expected reset_mask'):
         environment.reset(options={"radius": 3})
     with pytest.raises(UsageError, match=r"actions: found nan at \[0, 0, 0\]"):

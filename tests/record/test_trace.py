@@ -1,3 +1,5 @@
+import os
+
 import h5py
 import numpy as np
 import pytest
@@ -6,6 +8,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from escort_mj.errors import RunFolderError
+from escort_mj.record.stored import read_run
 from escort_mj.record.trace import load_recording, save_trace
 from escort_mj.signals import (
     MEMORIES,
@@ -174,3 +177,9 @@ def test_a_failed_write_leaves_the_old_file_and_nothing_else(tmp_path, record):
         save_trace(trace.assign_attrs(bad=object()), path)
     assert path.read_bytes() == before
     assert [entry.name for entry in tmp_path.iterdir()] == ["trace.nc"]
+
+
+def test_a_model_that_would_be_waited_for_is_refused(tmp_path):
+    os.mkfifo(tmp_path / "model.xml")
+    with pytest.raises(RunFolderError, match=r"model.xml: is a FIFO, not a file"):
+        read_run(tmp_path)

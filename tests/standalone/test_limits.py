@@ -444,6 +444,13 @@ def test_whoever_drops_out_and_comes_back(spells: list[tuple[int, int, bool]]) -
     assert outs - backs == expected.sum()
 
 
+class NoArray:
+    """An argument that raises an error where NumPy asks for an array."""
+
+    def __array__(self, *_: Any, **__: Any) -> Any:
+        raise RuntimeError("no array")
+
+
 @pytest.mark.parametrize(
     ("make", "words"),
     [
@@ -459,6 +466,8 @@ def test_whoever_drops_out_and_comes_back(spells: list[tuple[int, int, bool]]) -
         (lambda: Limits(rejoin=-1), "rejoin: found -1"),
         (lambda: Limits(braking_time=np.inf), "braking_time: found infinity"),
         (lambda: Area.box([0, 0], [1]), r"high: found the shape \(1,\)"),
+        (lambda: Area.box([[0], 0], [1, 1]), r"low: found a list of 2; expected least coordinates"),
+        (lambda: Area.box([0, 0], NoArray()), r"high: found .*NoArray.*; expected largest coordinates"),
         (lambda: Area.box([0, 0], [1, 0]), r"high: found \[1.0, 0.0\]; expected coordinates above"),
         (lambda: Area.sphere([0, 0], 0), "radius: found 0; expected a length above 0"),
         (lambda: Area.sphere("x", 1), "center: found"),
