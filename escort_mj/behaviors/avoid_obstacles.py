@@ -17,8 +17,9 @@ from escort_mj.components.setup import MissionSetup
 from escort_mj.knowledge.teammates import find_nearest_heard
 from escort_mj.native.kernels import inlined
 from escort_mj.native.lanes import WIDTH, Lanes, any_of, everywhere, greatest, load, root
-from escort_mj.native.vectors import Vec, dot, norm, unit_axis, where
+from escort_mj.native.vectors import Vec, dot, norm, numbers_at, unit_axis, where
 from escort_mj.numerics.neighbors import candidate, number_of_candidates, seen_neighbors
+from escort_mj.plan import Plan, State
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -134,12 +135,9 @@ def _worst_intruder(avoid: Any, r: Robots) -> tuple[Lanes, Lanes, Vec]:
         worse = (deep > worst) & r.there
         worst, distance = where(worse, deep, worst), where(worse, 1.0, distance)
         x = where(worse, r.at(state.wished_direction, 0), x)
-    lists = seen_neighbors(state)
     looking = avoid.teammate_distance > 0.0
-    if looking and lists.shape[0] > 0:
-        looking = someone_within(
-            avoid.teammate_distance, r.i, avoid, state.q_measured, plan.robot_radius, lists
-        )  # fmt: skip
+    if looking and seen_neighbors(state).shape[0] > 0:
+        looking = someone_within(avoid.teammate_distance, r.i, avoid, plan, state)
     if not looking and plan.failure.shape[0] == 0:
         return worst, distance, x
     for j in range(state.q.shape[0]):
@@ -170,25 +168,23 @@ def _deeper(body: Body, worst: Lanes, distance: Lanes, x: Vec) -> tuple[Lanes, L
 
 
 @inlined
-def someone_within(distance: float, i: int, avoid: Avoidance, q: Array, radius: Array, lists: Array) -> bool:
+def someone_within(distance: float, i: int, avoid: Avoidance, plan: Plan, state: State) -> bool:
     """Whether one of robots i to i + 7 has a teammate within a distance [m]."""
-    for robot in range(i, min(i + WIDTH, q.shape[0])):
-        if mate_within(distance, robot, avoid, q, radius, lists):
+    for robot in range(i, min(i + WIDTH, state.q.shape[0])):
+        if mate_within(distance, robot, avoid, plan, state):
             return True
     return False
 
 
 @inlined
-def mate_within(distance: float, robot: int, avoid: Avoidance, q: Array, radius: Array, lists: Array) -> bool:
+def mate_within(distance: float, robot: int, avoid: Avoidance, plan: Plan, state: State) -> bool:
     """Whether a robot has a teammate within a distance [m]."""
-    n, p = q.shape
+    n, q, radius = state.q.shape[0], numbers_at(state, state.q_measured, robot), plan.robot_radius
+    lists = seen_neighbors(state)
     for c in range(number_of_candidates(robot, n, lists)):
         j = candidate(robot, c, lists)
-        square = 0.0
-        for k in range(p):
-            way = q[robot, k] - q[j, k]
-            square += way * way
+        way = q - numbers_at(state, state.q_measured, j)
         reach = distance + avoid.to_surface * (radius[robot] + radius[j])
-        if square < reach * reach and j != robot:
+        if dot(way, way) < reach * reach and j != robot:
             return True
     return False

@@ -23,7 +23,7 @@ from escort_mj.knowledge.auction import know_vertices
 from escort_mj.knowledge.belief import target_place
 from escort_mj.knowledge.teammates import know_teammates
 from escort_mj.native.fields import Array, Fields, Value
-from escort_mj.native.kernels import DOUBLE, inlined, matrix_at, merged, stack_memory
+from escort_mj.native.kernels import DOUBLE, inlined, matrix_at, merged, stack_memory, vector_at
 from escort_mj.native.lanes import (
     WIDTH,
     everywhere,
@@ -38,7 +38,7 @@ from escort_mj.native.lanes import (
     total,
     where,
 )
-from escort_mj.native.vectors import Vec, part_at, rows_at, set_part
+from escort_mj.native.vectors import Vec, part_at, rows_at, set_numbers, set_part
 from escort_mj.plan import Plan, State
 
 
@@ -123,7 +123,8 @@ def turn_figures(plan: Plan, state: State) -> None:
     and by as much of the way as they are of the team: the less it knows, the more it agrees with others.
     """
     for robot in range(state.rotation.shape[0]):
-        q, center, missing = state.q_measured, target_place(robot, plan, state), state.lost
+        q, missing, center = state.q_measured, state.lost, vector_at(stack_memory(), state.q.shape[1])
+        set_numbers(center, 0, target_place(robot, plan, state))
         share, vertices = 1.0, state.vertices
         if plan.apart:
             if state.team_news[robot] == 0.0 or state.lost[robot] != 0.0:

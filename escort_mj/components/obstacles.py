@@ -8,7 +8,7 @@ from escort_mj.components.setup import MissionSetup
 from escort_mj.native.fields import Array, Fields, Recorded, Value
 from escort_mj.native.kernels import inlined, merged
 from escort_mj.native.lanes import lane_numbers, least
-from escort_mj.native.vectors import Vec, one_row, rows_from
+from escort_mj.native.vectors import Vec, numbers_at, one_row, rows_from, where
 from escort_mj.plan import Plan, State
 
 
@@ -81,6 +81,6 @@ def obstacle_places(i: int, j: int, plan: Plan, state: State) -> Vec:
 
 
 @inlined
-def obstacle_speed(j: int, k: int, plan: Plan, state: State) -> float:
-    """Return the velocity of an obstacle on axis k [m/s]: 0 with a lidar, which does not measure it."""
-    return 0.0 if plan.lidar_rays.shape[0] > 0 else state.obstacle_velocity[j, k]
+def obstacle_speed(j: int, plan: Plan, state: State) -> Vec:
+    """Return the velocity of an obstacle [m/s]: 0 with a lidar, which does not measure it."""
+    return where(plan.lidar_rays.shape[0] > 0, 0.0, numbers_at(state, state.obstacle_velocity, j))

@@ -21,6 +21,7 @@ from escort_mj.native.fields import Fields, Value
 from escort_mj.native.kernels import inlined
 from escort_mj.native.lanes import WIDTH, everywhere, load, load_rows, row_of, set_row, stack_rows, store_rows
 from escort_mj.native.on_demand import on_demand_unrolled
+from escort_mj.native.vectors import numbers_at, numbers_from, set_numbers, set_numbers_at
 from escort_mj.numerics.gaussian import START, normals
 from escort_mj.plan import Plan, State
 
@@ -92,7 +93,6 @@ def _begin(i: int, draw: int, plan: Plan, state: State) -> None:
     """Starts with what robot i is told of its target, before the mission or when it has another one."""
     p, size = state.q.shape[1], state.belief.shape[1]
     drawn = state.belief_work[0, :size]
-    c, c_dot = target_shown(i, plan, state), target_speed_shown(i, plan, state)
     normals(size, plan.seed, 1, START, i, draw, drawn)
     for k in range(size * size):
         state.belief_covariance[i, k] = 0.0
@@ -100,9 +100,9 @@ def _begin(i: int, draw: int, plan: Plan, state: State) -> None:
         deviation = plan.start_deviation[k // p]
         state.belief[i, k] = deviation * drawn[k]
         state.belief_covariance[i, (size + 1) * k] = max(deviation * deviation, LEAST_VARIANCE)
-    for k in range(p):
-        state.belief[i, k] += c[k]
-        state.belief[i, p + k] += c_dot[k]
+    c, c_dot = target_shown(i, plan, state), target_speed_shown(i, plan, state)
+    set_numbers(state.belief[i], 0, numbers_from(state, state.belief[i], 0) + c)
+    set_numbers(state.belief[i], p, numbers_from(state, state.belief[i], p) + c_dot)
     state.belief_time[i] = state.belief_fix[i] = state.time[0]
 
 
@@ -128,9 +128,12 @@ def _deliver(step: int, plan: Plan, state: State) -> None:
                 if state.sent_step[j, number % depth] > state.link_step[i, s]:
                     state.link_step[i, s] = state.sent_step[j, number % depth]
                     message = j * depth + number % depth
-                    for k in range(state.q.shape[1]):
-                        state.heard_position[link, k] = state.sent_position[message, k]
-                        state.heard_velocity[link, k] = state.sent_velocity[message, k]
+                    set_numbers_at(
+                        state.heard_position, link, numbers_at(state, state.sent_position, message)
+                    )
+                    set_numbers_at(
+                        state.heard_velocity, link, numbers_at(state, state.sent_velocity, message)
+                    )
                     if plan.team_radius.shape[0] > 0 and not _of_own_targets(i, s, message, state):
                         continue
                     state.team_news[i] = 1.0

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import Annotated, Any
 
 import numpy as np
@@ -17,8 +16,9 @@ from escort_mj.control.nsb import task_of
 from escort_mj.knowledge.belief import target_place, target_speed
 from escort_mj.native.fields import Array, Fields, Value
 from escort_mj.native.kernels import inlined, merged
-from escort_mj.native.lanes import WIDTH, any_of, everywhere, load, store, where
+from escort_mj.native.lanes import WIDTH, any_of, everywhere, load, store
 from escort_mj.native.on_demand import on_demand_unrolled
+from escort_mj.native.vectors import norm, numbers_at, set_numbers_at, where
 from escort_mj.plan import Plan, State
 
 Mask = NDArray[np.bool_]
@@ -95,8 +95,7 @@ def refresh(plan: Plan, state: State) -> bool:
 @on_demand_unrolled
 def _refresh_some(plan: Plan, state: State) -> bool:
     """Lets those robots run the outer loop that have reason to; returns whether anybody has."""
-    n, p = state.q.shape
-    someone = False
+    n, someone = state.q.shape[0], False
     losses = 0.0
     for i in range(n):
         losses += state.lost[i]
@@ -106,8 +105,8 @@ def _refresh_some(plan: Plan, state: State) -> bool:
         state.fresh[i] = 1.0 if fires else 0.0
         someone = someone or fires
         if fires:
-            for k in range(p):
-                state.held_place[i, k] = state.q_measured[i, k] - target_place(i, plan, state)[k]
+            place = numbers_at(state, state.q_measured, i) - target_place(i, plan, state)
+            set_numbers_at(state.held_place, i, place)
             state.held_since[i] = state.time[0]
             state.held_in[i] = state.phase[i] + 1.0
             state.held_with[i] = losses
@@ -131,7 +130,6 @@ def _note_intrusions(plan: Plan, state: State) -> None:
 @merged
 def _fires(i: int, plan: Plan, state: State) -> bool:
     """Whether robot i has reason to compute its reference velocity again."""
-    p = state.q.shape[1]
     if state.held_in[i] != state.phase[i] + 1.0 or state.avoidance_active[i] != 0.0:
         return True
     if state.fresh[i] != 0.0:  # something intrudes
@@ -147,11 +145,8 @@ def _fires(i: int, plan: Plan, state: State) -> bool:
         return False
     if waited >= trigger.longest:
         return True
-    moved = speed = 0.0
-    place, drift = target_place(i, plan, state), target_speed(i, plan, state)
-    for k in range(p):
-        moved += (state.q_measured[i, k] - place[k] - state.held_place[i, k]) ** 2
-        carried = drift[k] if plan.target_feedforward else 0.0
-        speed += (state.v_d[i, k] - carried) ** 2
-    way = math.sqrt(speed) / gain if gain > 0.0 else 0.0
-    return math.sqrt(moved) > trigger.distance + trigger.share * way
+    place = numbers_at(state, state.q_measured, i) - target_place(i, plan, state)
+    drift = where(plan.target_feedforward, target_speed(i, plan, state), 0.0)
+    way = norm(numbers_at(state, state.v_d, i) - drift) / gain if gain > 0.0 else 0.0
+    moved: float = norm(place - numbers_at(state, state.held_place, i))
+    return moved > trigger.distance + trigger.share * way

@@ -12,8 +12,8 @@ from typing import Annotated, Any
 from escort_mj.components.setup import MissionSetup
 from escort_mj.components.teams import of_teams
 from escort_mj.native.fields import Array, Fields, Value
-from escort_mj.native.kernels import inlined, merged
-from escort_mj.native.vectors import Vec, one_row, rows_at
+from escort_mj.native.kernels import inlined
+from escort_mj.native.vectors import Vec, numbers_at, numbers_from, one_row, rows_at
 from escort_mj.plan import Plan, State
 
 MADE = 16  # beliefs that an estimator can make in one call
@@ -74,36 +74,36 @@ def _believed(i: int, measured: Array, estimates: Array, of_team: Array, plan: P
     return of_teams(i, of_team, state)
 
 
-@merged
-def target_place(robot: int, plan: Plan, state: State) -> Array:
-    """Return where a robot believes the target to be, shape (p,) [m]."""
+@inlined
+def target_place(robot: int, plan: Plan, state: State) -> Vec:
+    """Return where a robot believes the target to be [m]."""
     if plan.informed:
-        return state.target_estimate[robot]
+        return numbers_at(state, state.target_estimate, robot)
     return target_shown(robot, plan, state)
 
 
-@merged
-def target_speed(robot: int, plan: Plan, state: State) -> Array:
-    """Return how fast a robot believes the target to move, shape (p,) [m/s]."""
+@inlined
+def target_speed(robot: int, plan: Plan, state: State) -> Vec:
+    """Return how fast a robot believes the target to move [m/s]."""
     if plan.informed:
-        return state.target_velocity_estimate[robot]
+        return numbers_at(state, state.target_velocity_estimate, robot)
     return target_speed_shown(robot, plan, state)
 
 
-@merged
-def target_shown(robot: int, plan: Plan, state: State) -> Array:
+@inlined
+def target_shown(robot: int, plan: Plan, state: State) -> Vec:
     """Return where the sensors show a robot's target to be, with teams the middle of its targets [m]."""
     if plan.team_radius.shape[0] > 0:
-        return state.team_center[int(state.member_of[robot]) - 1]
-    return state.target_position_measured
+        return numbers_at(state, state.team_center, int(state.member_of[robot]) - 1)
+    return numbers_from(state, state.target_position_measured, 0)
 
 
-@merged
-def target_speed_shown(robot: int, plan: Plan, state: State) -> Array:
+@inlined
+def target_speed_shown(robot: int, plan: Plan, state: State) -> Vec:
     """Return how fast the sensors show it to move [m/s]."""
     if plan.team_radius.shape[0] > 0:
-        return state.team_velocity[int(state.member_of[robot]) - 1]
-    return state.target_velocity_measured
+        return numbers_at(state, state.team_velocity, int(state.member_of[robot]) - 1)
+    return numbers_from(state, state.target_velocity_measured, 0)
 
 
 @inlined

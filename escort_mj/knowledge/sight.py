@@ -20,6 +20,7 @@ from escort_mj.knowledge.belief import target_shown, target_speed_shown
 from escort_mj.native.fields import Array, Fields, Value
 from escort_mj.native.kernels import inlined, stack_memory, vector_at
 from escort_mj.native.on_demand import on_demand
+from escort_mj.native.vectors import dot, norm, numbers_at, numbers_from, set_numbers_at
 from escort_mj.numerics.gaussian import SIGHT, fractions, normals
 from escort_mj.plan import Plan, State
 from escort_mj.radios.radio import Robots, Share
@@ -259,33 +260,24 @@ def _sees(i: int, point: Array, radius: float, j: int, plan: Plan, state: State)
 @inlined
 def _measure(i: int, odd: bool, step: int, plan: Plan, state: State) -> None:
     """Measures the target for one robot."""
-    p, sight, square, aside = state.q.shape[1], sight_of(plan), 0.0, 0.0
-    memory = stack_memory()
-    drawn = vector_at(memory, 3 * p + 1)
-    c, c_dot = target_shown(i, plan, state), target_speed_shown(i, plan, state)
+    p, sight = state.q.shape[1], sight_of(plan)
+    drawn = vector_at(stack_memory(), 3 * p + 1)
     normals(3 * p + 1, plan.seed, NORMALS, SIGHT, i, step, drawn)
+    c, c_dot = target_shown(i, plan, state), target_speed_shown(i, plan, state)
+    position = c + sight.position_deviation * numbers_from(state, drawn, 0)
+    set_numbers_at(state.seen_position, i, position)
+    velocity = c_dot + sight.velocity_deviation * numbers_from(state, drawn, p)
+    set_numbers_at(state.seen_velocity, i, velocity)
     error = 2.0 * sight.outlier_size if odd else 0.0
-    for k in range(p):
-        state.seen_position[i, k] = c[k] + sight.position_deviation * drawn[k]
-        state.seen_velocity[i, k] = c_dot[k] + sight.velocity_deviation * drawn[p + k]
-        if odd:
-            amiss, _, _, _ = fractions(plan.seed, OUTLIERS + k, SIGHT, i, step)
-            state.seen_position[i, k] += error * (amiss - 0.5)
-        way = c[k] - state.q[i, k]
-        square += way * way
-    distance = math.sqrt(square)
+    for k in range(p if odd else 0):
+        amiss, _, _, _ = fractions(plan.seed, OUTLIERS + k, SIGHT, i, step)
+        state.seen_position[i, k] += error * (amiss - 0.5)
+    way = c - numbers_at(state, state.q, i)
+    distance = norm(way)
     state.seen_range[i] = distance + sight.range_deviation * drawn[3 * p]
     if odd:
         amiss, _, _, _ = fractions(plan.seed, OUTLIERS + p, SIGHT, i, step)
         state.seen_range[i] += error * (amiss - 0.5)
-    for k in range(p):
-        way = (c[k] - state.q[i, k]) / max(distance, 1e-300)
-        state.seen_bearing[i, k] = way
-        aside += way * drawn[2 * p + k]
-    length = 0.0
-    for k in range(p):
-        way = state.seen_bearing[i, k]
-        state.seen_bearing[i, k] += sight.bearing_deviation * (drawn[2 * p + k] - aside * way)
-        length += state.seen_bearing[i, k] ** 2
-    for k in range(p):
-        state.seen_bearing[i, k] /= math.sqrt(max(length, 1e-300))
+    bearing, turns = way / max(distance, 1e-300), numbers_from(state, drawn, 2 * p)
+    bearing = bearing + sight.bearing_deviation * (turns - dot(bearing, turns) * bearing)
+    set_numbers_at(state.seen_bearing, i, bearing / math.sqrt(max(dot(bearing, bearing), 1e-300)))

@@ -12,7 +12,7 @@ from escort_mj.components.parameters import UNLIMITED
 from escort_mj.components.setup import MissionSetup
 from escort_mj.knowledge.links import radio_of
 from escort_mj.native.fields import Array, Fields, Value
-from escort_mj.native.kernels import inlined, stack_memory, vector_at
+from escort_mj.native.kernels import inlined
 from escort_mj.native.lanes import (
     WIDTH,
     Lanes,
@@ -25,8 +25,17 @@ from escort_mj.native.lanes import (
     where,
 )
 from escort_mj.native.on_demand import on_demand
-from escort_mj.native.vectors import Vec, norm, one_row, rows_at, rows_from
-from escort_mj.numerics.vectors import make_unit
+from escort_mj.native.vectors import (
+    Vec,
+    dot,
+    norm,
+    numbers_at,
+    one_row,
+    rows_at,
+    rows_from,
+    set_numbers_at,
+    unit_of,
+)
 from escort_mj.plan import Plan, State
 
 Mask = NDArray[np.bool_]
@@ -66,12 +75,18 @@ def age_of(robot: int, slot: int, plan: Plan, state: State) -> float:
 
 
 @inlined
-def teammate_place(robot: int, place: int, age: float, k: int, state: State) -> float:
-    """Return where on axis k the teammate at a place of a robot's list is, moved on with its velocity [m]."""
+def teammate_place(robot: int, place: int, age: float, state: State) -> Vec:
+    """Return where the teammate at a place of a robot's list is, moved on with its velocity [m]."""
     if state.link_from.shape[0] == 0:
-        return state.q_measured[place, k]
+        return numbers_at(state, state.q_measured, place)
     link = robot * state.link_from.shape[1] + place
-    return state.heard_position[link, k] + age * state.heard_velocity[link, k]
+    return numbers_at(state, state.heard_position, link) + age * heard_velocity(robot, place, state)
+
+
+@inlined
+def heard_velocity(robot: int, place: int, state: State) -> Vec:
+    """Return the velocity that the teammate at a place of a robot's list has sent [m/s]."""
+    return numbers_at(state, state.heard_velocity, robot * state.link_from.shape[1] + place)
 
 
 @inlined
@@ -160,24 +175,21 @@ def _of_one_team(i: int, number: Lanes, plan: Plan, state: State) -> Any:
 @inlined
 def know_teammates(robot: int, plan: Plan, state: State) -> None:
     """Write where a robot knows itself and its teammates to be, by their numbers: `mate_...`."""
-    n, p = state.q.shape
-    for j in range(n):
+    for j in range(state.q.shape[0]):
         state.mate_unknown[j] = 1.0
     state.mate_unknown[robot] = state.lost[robot]
-    for k in range(p):
-        state.mate_position[robot, k] = state.q_measured[robot, k]
+    set_numbers_at(state.mate_position, robot, numbers_at(state, state.q_measured, robot))
     for place in range(places_of(state)):
         j, age = mate_at(robot, place, plan, state)
         if j >= 0:
             state.mate_unknown[j] = 0.0
-            for k in range(p):
-                state.mate_position[j, k] = teammate_place(robot, place, age, k, state)
+            set_numbers_at(state.mate_position, j, teammate_place(robot, place, age, state))
 
 
 @inlined
 def may_be(
-    robot: int, place: int, to_surface: float, plan: Plan, state: State, away: Array
-) -> tuple[int, float, float]:
+    robot: int, place: int, to_surface: float, plan: Plan, state: State
+) -> tuple[int, float, float, Vec]:  # fmt: skip
     """Find how near a teammate may be by now that a robot has heard: it is in a ball that grows with age.
 
     Since it spoke, the velocity u that it sent has changed by at most a t, where a is what its motors give.
@@ -191,25 +203,20 @@ def may_be(
         to_surface: 1 if distances are measured between surfaces, 0 between centers.
         plan: Gives the limits.
         state: Gives what has been heard.
-        away: Result: unit vector away from the center of the ball, shape (p,); the first axis at it.
 
     Returns:
-        Which teammate, -1 for none, the distance to the center of the ball, and what part of this is ball
-        and bodies [m].
+        Which teammate, -1 for none, the distance to the center of the ball, what part of this is ball and
+        bodies [m], and the unit vector away from the center; the first axis at it.
     """
     mate, age = heard_at(robot, place, plan, state)
+    q, speed = numbers_at(state, state.q_measured, robot), norm(heard_velocity(robot, place, state))
     if mate < 0:
-        return mate, 0.0, 0.0
-    p, link, square = state.q.shape[1], robot * state.link_from.shape[1] + place, 0.0
-    for k in range(p):
-        square += state.heard_velocity[link, k] * state.heard_velocity[link, k]
-    fastest, acceleration = max(plan.max_speed, math.sqrt(square)), plan.mate_acceleration[mate]
+        return mate, 0.0, 0.0, q
+    fastest, acceleration = max(plan.max_speed, speed), plan.mate_acceleration[mate]
     carried = min(age, fastest / acceleration)
     ball = 0.5 * acceleration * carried * (carried + plan.timestep) + fastest * (age - carried)
-    for k in range(p):
-        away[k] = state.q_measured[robot, k] - teammate_place(robot, place, carried, k, state)
-    distance = make_unit(away)
-    return mate, distance, to_surface * (plan.robot_radius[robot] + plan.robot_radius[mate]) + ball
+    away, distance = unit_of(q - teammate_place(robot, place, carried, state))
+    return mate, distance, to_surface * (plan.robot_radius[robot] + plan.robot_radius[mate]) + ball, away
 
 
 @on_demand
@@ -223,27 +230,16 @@ def find_nearest_heard(i: int, safe: float, to_surface: float, plan: Plan, state
         plan: Gives the limits of teammates.
         state: `heard_margin`, `heard_pace` and `wished_direction`, unit vectors, are written.
     """
-    n, p = state.q.shape
-    away = vector_at(stack_memory(), p)
-    for robot in range(i, min(i + WIDTH, n)):
+    for robot in range(i, min(i + WIDTH, state.q.shape[0])):
         state.heard_margin[robot], square = UNLIMITED, 0.0
         for place in range(places_of(state)):
-            mate, distance, covered = may_be(robot, place, to_surface, plan, state, away)
+            mate, distance, covered, away = may_be(robot, place, to_surface, plan, state)
             margin = distance - (safe + covered)
             if mate < 0:
                 continue
-            square = max(square, _difference(robot, place, state))
+            apart = heard_velocity(robot, place, state) - numbers_at(state, state.v_d, robot)
+            square = max(square, dot(apart, apart))
             if margin < state.heard_margin[robot]:
                 state.heard_margin[robot] = margin
-                for k in range(p):
-                    state.wished_direction[robot, k] = away[k]
+                set_numbers_at(state.wished_direction, robot, away)
         state.heard_pace[robot] = math.sqrt(square)
-
-
-@inlined
-def _difference(robot: int, place: int, state: State) -> float:
-    """Return the square of the difference between a velocity that is heard and the reference [m^2/s^2]."""
-    square, link = 0.0, robot * state.link_from.shape[1] + place
-    for k in range(state.q.shape[1]):
-        square += (state.heard_velocity[link, k] - state.v_d[robot, k]) ** 2
-    return square

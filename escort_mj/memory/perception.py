@@ -20,6 +20,7 @@ from escort_mj.native import artifacts
 from escort_mj.native.fields import Array
 from escort_mj.native.kernels import DOUBLE, inlined, matrix_at, merged, vector_at
 from escort_mj.native.on_demand import CLASSES, callback, piece_of
+from escort_mj.native.vectors import Vec, dot, norm, numbers_at, of_numbers, set_numbers_at
 from escort_mj.plan import Plan, State
 from escort_mj.sensing.lidar import FAR
 
@@ -144,85 +145,68 @@ def observe(i: int, plan: Plan, state: State, wish: Array, found: int) -> None:
     mates, opponents = min(n - 1, TEAMMATES), state.opponent_status.shape[0]
     count = 4 + mates + (2 if opponents > 0 else 0)
     rows, radius = matrix_at(found + DOUBLE * i * count * p, count, p), radius_of(i, plan, state)
-    center, motion = target_place(i, plan, state), target_speed(i, plan, state)
-    for k in range(p):
-        rows[0, k] = (center[k] - state.q_measured[i, k]) / radius
-        rows[1, k] = motion[k] / wish[SPEED]
-        rows[2, k] = state.v_measured[i, k] / wish[SPEED]
-        rows[3, k] = 0.0
+    q, way = numbers_at(state, state.q_measured, i), of_numbers(target_place(i, plan, state), 0.0, 0.0, 0.0)
+    set_numbers_at(rows, 0, (target_place(i, plan, state) - q) / radius)
+    set_numbers_at(rows, 1, target_speed(i, plan, state) / wish[SPEED])
+    set_numbers_at(rows, 2, numbers_at(state, state.v_measured, i) / wish[SPEED])
     if plan.apart:
         know_teammates(i, plan, state)
     seen, within, least = obstacles_seen(i, plan, state), min(plan.sensing_obstacles, FAR), math.inf
     for j in range(plan.obstacle_radius.shape[0]):
-        least = _nearer(i, seen[j], plan.seen_radius[j], within, least, plan, state, rows[3])
+        there = numbers_at(state, seen, j) - q
+        gap = norm(there) - plan.seen_radius[j] - plan.robot_radius[i]
+        least, way = _nearer(there, gap, within, least, way)
     if plan.apart and wish[SIGHT] != 0.0:
         for j in range(n):
             if j != i and state.mate_unknown[j] != 0.0:
-                there, size, reach = state.q_measured[j], plan.robot_radius[j], plan.sensing_robots
-                least = _nearer(i, there, size, reach, least, plan, state, rows[3])
-    for k in range(p):
-        rows[3, k] /= radius
+                there = numbers_at(state, state.q_measured, j) - q
+                gap = norm(there) - plan.robot_radius[j] - plan.robot_radius[i]
+                least, way = _nearer(there, gap, plan.sensing_robots, least, way)
+    set_numbers_at(rows, 3, way / radius)
     reached, last, places = -1.0, -1, _teammates(plan, state)  # of the one that was found before
     for mate in range(mates):
         nearest, square_of_nearest = -1, math.inf
         for j in range(n):
-            square = 0.0
-            for k in range(p):
-                square += (places[j, k] - state.q_measured[i, k]) ** 2
+            way = numbers_at(state, places, j) - q
+            square = dot(way, way)
             later = square > reached or (square == reached and j > last)
             unknown = plan.apart and state.mate_unknown[j] != 0.0
             if j != i and later and square < square_of_nearest and not unknown:
                 nearest, square_of_nearest = j, square
-        for k in range(p):
-            there = places[nearest, k] if nearest >= 0 else state.q_measured[i, k]
-            rows[4 + mate, k] = (there - state.q_measured[i, k]) / radius
+        there = numbers_at(state, places, nearest) if nearest >= 0 else q
+        set_numbers_at(rows, 4 + mate, (there - q) / radius)
         reached, last = square_of_nearest, nearest
     if opponents > 0:
         rows[count - 2 :] = 0.0
-    least, there = math.inf, _opponents(seen, plan, state)
+    least, places = math.inf, _opponents(seen, plan, state)
     for o in range(opponents):
-        square, j = 0.0, int(plan.opponent_obstacle[o])
-        for k in range(p):
-            square += (there[j, k] - state.q_measured[i, k]) ** 2
+        j = int(plan.opponent_obstacle[o])
+        way, speed = numbers_at(state, places, j) - q, numbers_at(state, state.obstacle_velocity, j)
+        square = dot(way, way)
         gap = math.sqrt(square) - plan.seen_radius[j] - plan.robot_radius[i]
         visible = not plan.informed or gap <= within
         if state.opponent_status[o] == COMES and square < least and visible:
             least = square
-            for k in range(p):
-                speed = obstacle_speed(j, k, plan, state) if plan.informed else state.obstacle_velocity[j, k]
-                rows[count - 2, k] = (there[j, k] - state.q_measured[i, k]) / radius
-                rows[count - 1, k] = speed / wish[SPEED]
+            if plan.informed:
+                speed = obstacle_speed(j, plan, state)
+            set_numbers_at(rows, count - 2, way / radius)
+            set_numbers_at(rows, count - 1, speed / wish[SPEED])
 
 
 @inlined
-def _nearer(
-    i: int, place: Array, size: float, within: float, least: float, plan: Plan, state: State, row: Array
-) -> float:
-    """Write the way to the surface of a body that a robot sees, if none is nearer.
+def _nearer(way: Vec, gap: float, within: float, least: float, nearest: Vec) -> tuple[float, Vec]:
+    """Return the gap to a body that a robot sees and the way to its surface, unless another one is nearer.
 
     Args:
-        i: Robot, from 0.
-        place: Center of the body, or the point of it that the robot sees, shape (p,) [m].
-        size: Its radius around this [m].
+        way: To its center, or to the point of it that the robot sees [m].
+        gap: To its surface [m].
         within: How far robots see it, surface to surface [m].
         least: Gap to the nearest body so far [m].
-        plan: Of the mission.
-        state: Gives measured positions.
-        row: Result, shape (p,) [m].
-
-    Returns:
-        The gap to the nearest body [m].
+        nearest: Way to the surface of that [m].
     """
-    p, square = state.q.shape[1], 0.0
-    for k in range(p):
-        square += (place[k] - state.q_measured[i, k]) ** 2
-    length = math.sqrt(square)
-    gap = length - size - plan.robot_radius[i]
     if not (gap < least and gap <= within):
-        return least
-    for k in range(p):
-        row[k] = (place[k] - state.q_measured[i, k]) * (gap / max(length, NEAREST))
-    return gap
+        return least, nearest
+    return gap, (gap / max(norm(way), NEAREST)) * way
 
 
 @merged

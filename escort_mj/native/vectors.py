@@ -125,7 +125,15 @@ def of_numbers(x: Vec, first: float, second: float, third: float) -> Vec:
     return Vec(tuple(numbers[: len(x)]))
 
 
-# How vectors and memory meet. The first argument, a view of the state, says how many axes there are.
+@inlined
+def unit_of(x: Vec) -> tuple[Vec, Any]:
+    """Return the unit vector along another, the first axis where that has length 0, and that length."""
+    length = norm(x)
+    return where(length > 0.0, x / length, unit_axis(x, 0)), length
+
+
+# How vectors and memory meet. The first argument, a view of the state, says how many axes there are; of
+# vectors of numbers, another vector may do so.
 
 
 def rows_at(state: Any, matrix: Array, i: int) -> Vec:
@@ -141,19 +149,26 @@ def one_row(state: Any, vector: Array) -> Vec:
 
 def numbers_from(state: Any, array: Array, at: int) -> Vec:
     """A vector of numbers, which lie in a row from a place on, as if the array were flat."""
-    return Vec(tuple(flat(array)[at : at + state.q.shape[1]]))
+    axes = len(state) if isinstance(state, Vec) else state.q.shape[1]
+    return Vec(tuple(flat(array)[at : at + axes]))
 
 
 @inlined
 def numbers_at(state: Any, matrix: Array, i: int) -> Vec:
     """Row i of a matrix with a column for each axis, as a vector of numbers."""
-    return numbers_from(state, matrix, i * state.q.shape[1])
+    return numbers_from(state, matrix, i * matrix.shape[-1])
 
 
 def set_numbers(array: Array, at: int, x: Any) -> None:
     """Write a vector of numbers, or one number, in a row from a place on, as if the array were flat."""
     numbers = x.parts if isinstance(x, Vec) else (x,)
     flat(array)[at : at + len(numbers)] = numbers
+
+
+@inlined
+def set_numbers_at(matrix: Array, i: int, x: Vec) -> None:
+    """Write a vector of numbers in row i of a matrix with a column for each axis."""
+    set_numbers(matrix, i * matrix.shape[-1], x)
 
 
 def rows_from(state: Any, matrix: Array, rows: Lanes) -> Vec:

@@ -27,7 +27,7 @@ from escort_mj.memory.layout import unpack_plan, unpack_state
 from escort_mj.metrics.causes import least_change
 from escort_mj.mission import fly
 from escort_mj.native.lanes import WIDTH, store
-from escort_mj.native.vectors import set_rows
+from escort_mj.native.vectors import Vec, set_rows
 from escort_mj.scenario.schema.scenario import Scenario
 from escort_mj.sensing.sensors import Sensors
 from escort_mj.standalone.lost import who_may_be_lost
@@ -80,22 +80,6 @@ def crowd(axes: int, seed: int) -> tuple[Setup, AvoidObstacles, np.ndarray, np.n
     if seed % 10 == 0 and m:
         q[0] = setup.obstacle_position[0]
     return setup, avoid, q, v, rng.random(n) < 0.2
-
-
-def move(rows, bounds, v):
-    if rows.shape[1] == 2 or rows.shape[1] == 3:
-        return nearest_velocity(rows, bounds, rows.shape[0], STIFFNESS, v)
-    return False
-
-
-def limit(rows, bounds, most, v):
-    if rows.shape[1] == 2 or rows.shape[1] == 3:
-        keep_limit(rows, bounds, rows.shape[0], most, v)
-
-
-def give_way(rows, bounds, gaps, near, most, v):
-    if rows.shape[1] == 2 or rows.shape[1] == 3:
-        break_least(rows, bounds, gaps, rows.shape[0], near, most, v)
 
 
 def _repeller(axes):
@@ -151,11 +135,10 @@ def test_the_nearest_velocity_solves_its_program(axes: int) -> None:
         rows, bounds = rng.normal(size=(count, axes)), rng.normal(scale=2.0, size=count) - 1.0
         rows /= np.linalg.norm(rows, axis=1, keepdims=True)
         nominal = rng.normal(scale=2.0, size=axes)
-        v = nominal.copy()
-        moved = move(rows, bounds, v)
+        moved, v = nearest_velocity(rows, bounds, count, STIFFNESS, Vec(tuple(nominal)))
         expected, must = nearest(rows, bounds, nominal)
         assert moved == must
-        np.testing.assert_allclose(v, expected, rtol=0.0, atol=1e-8 * max(1.0, np.abs(expected).max()))
+        np.testing.assert_allclose([*v], expected, rtol=0.0, atol=1e-8 * max(1.0, np.abs(expected).max()))
         changed += must
     assert 100 < changed < 300
 
@@ -171,9 +154,10 @@ def test_the_speed_limit_breaks_no_condition_that_can_be_kept(axes: int) -> None
         bounds = rows @ feasible - rng.uniform(0.0, 2.0, size=len(rows))
         most = float(np.linalg.norm(feasible)) * 1.001
         fast = nearest(rows, bounds, rng.normal(scale=5.0, size=axes))[0]
-        kept, by_kernel = kept_limit(rows, bounds, most, fast), fast.copy()
-        limit(rows, bounds, most, by_kernel)
-        np.testing.assert_allclose(by_kernel, kept, atol=1e-9)
+        kept = kept_limit(rows, bounds, most, fast)
+        within, by_kernel = keep_limit(rows, bounds, len(rows), most, Vec(tuple(fast)))
+        assert within
+        np.testing.assert_allclose([*by_kernel], kept, atol=1e-9)
         assert np.linalg.norm(kept) <= most * (1.0 + 1e-9)
         assert (rows @ kept >= bounds - 1e-2).all()
         slower = fast * min(1.0, most / np.linalg.norm(fast))
@@ -197,9 +181,9 @@ def test_conditions_beyond_the_speed_limit_are_broken_least(axes: int) -> None:
         if np.linalg.norm(slowest) <= most and not contradicting(rows, bounds, np.zeros(axes), slowest):
             continue
         assert contradicting(rows, bounds, nominal, fast) or kept_limit(rows, bounds, most, fast) is None
-        kept, by_kernel = broken_least(rows, bounds, gaps, 0.5, most, nominal), nominal.copy()
-        give_way(rows.copy(), bounds.copy(), gaps, 0.5, most, by_kernel)
-        np.testing.assert_allclose(by_kernel, kept, atol=1e-8)
+        kept, wanted = broken_least(rows, bounds, gaps, 0.5, most, nominal), Vec(tuple(nominal))
+        by_kernel = break_least(rows.copy(), bounds.copy(), gaps, len(rows), 0.5, most, wanted)
+        np.testing.assert_allclose([*by_kernel], kept, atol=1e-8)
         assert np.linalg.norm(kept) <= most * (1.0 + 1e-9)
         weights = np.clip(0.5 / np.maximum(gaps, 1e-9), 1.0, 10.0) ** 2
         broken = [(weights * np.maximum(bounds - v @ rows.T, 0.0) ** 2).sum(axis=-1) for v in (kept, others)]

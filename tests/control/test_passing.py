@@ -4,11 +4,8 @@ import numpy as np
 import pytest
 
 from escort_mj.control.outer_loops.passing import Rules, approach, aside_of, breadth, leave_path
+from escort_mj.native.vectors import Vec
 from tests.oracle.constraints import left_path, widths
-
-
-def leave(apart, reach, v, motion, rate, braking, direction):
-    return leave_path(apart, reach, v, motion, Rules(rate, braking, 0.0, 1.0, 0.0, 0.0), direction)
 
 
 @pytest.mark.parametrize("axes", [2, 3])
@@ -20,9 +17,9 @@ def test_a_path_is_left_on_the_side_where_the_robot_is_or_goes(axes: int) -> Non
         motion *= np.sign(motion @ x)
         apart, reach = float(np.linalg.norm(x)), float(rng.uniform(0.1, 2.0))
         away, needed = left_path(x, reach, v, motion, rules)
-        direction = x / apart
-        by_kernel = leave(apart, reach, v, motion, rules.rate, rules.braking, direction)
-        np.testing.assert_allclose(direction, away, atol=1e-12)
+        speed, other, away_from = (Vec(tuple(each)) for each in (v, motion, x / apart))
+        by_kernel, direction = leave_path(apart, reach, speed, other, rules, away_from)
+        np.testing.assert_allclose([*direction], away, atol=1e-12)
         assert by_kernel == pytest.approx(needed, abs=1e-12)
         assert away @ motion == pytest.approx(0.0, abs=1e-12)
         assert left_path(x, reach, 0.0 * v, motion, rules)[0] @ x > 0.0

@@ -14,6 +14,7 @@ from escort_mj.control.outer_loops.nearest_velocity import (
     _share_within,
 )
 from escort_mj.metrics.causes import least_change
+from escort_mj.native.vectors import Vec
 from tests.oracle.constraints import turned
 
 Array = NDArray[np.float64]
@@ -36,7 +37,8 @@ def kept_limit(rows: Array, bounds: Array, most: float, v: Array) -> Array | Non
     least = float(np.linalg.norm(slowest))
     if least > most:
         return None
-    return np.asarray(slowest + _share_within(least, most, slowest, v) * (v - slowest))
+    share = _share_within(least, most, Vec(tuple(slowest)), Vec(tuple(v)))
+    return np.asarray(slowest + share * (v - slowest))
 
 
 def contradicting(rows: Array, bounds: Array, nominal: Array, v: Array) -> bool:

@@ -14,7 +14,7 @@ from escort_mj.control.outer_loops.outer_loop import OuterLoop, runs_now, slow_d
 from escort_mj.control.outer_loops.passing import Clearance, Rules
 from escort_mj.native.kernels import DOUBLE, matrix_at, stack_memory, vector_at
 from escort_mj.native.lanes import WIDTH
-from escort_mj.numerics.vectors import length_of
+from escort_mj.native.vectors import norm, numbers_at, set_numbers_at
 from escort_mj.plan import Plan, State
 
 
@@ -41,24 +41,22 @@ class BarrierFilter(OuterLoop):
         memory, rules = stack_memory(), Rules(self.rate, UNLIMITED, 0.0, 0.0, 0.0, 0.0)
         rows, bounds = matrix_at(memory, MOST, p), vector_at(memory + DOUBLE * MOST * p, MOST)
         shared = vector_at(memory + DOUBLE * MOST * (p + 1), MOST)
-        wanted, gaps = vector_at(memory + DOUBLE * MOST * (p + 2), p), vector_at(stack_memory(), MOST)
+        gaps = vector_at(stack_memory(), MOST)
         found = Constraints(rows, bounds, shared, gaps)
         for robot in range(i, min(i + WIDTH, state.q.shape[0])):
             if not runs_now(robot, phase, plan, state):
                 continue
-            moved, v = False, state.v_d[robot]
+            moved, v = False, numbers_at(state, state.v_d, robot)
             for level in range(first, first + levels):
                 if plan.level_avoids[level] != 0.0:
                     clearance = Clearance(level, avoidance_of(level, plan), rules)
-                    for k in range(p):
-                        wanted[k] = v[k]
+                    wanted = v
                     while True:
-                        speed = length_of(v)
+                        speed = norm(v)
                         count = find_constraints(robot, Pace(speed, speed), clearance, plan, state, found)
-                        for k in range(p):
-                            v[k] = wanted[k]
-                        moved = nearest_velocity(rows, bounds, count, STIFFNESS, v)
-                        if not length_of(v) > speed:
+                        moved, v = nearest_velocity(rows, bounds, count, STIFFNESS, wanted)
+                        if not norm(v) > speed:
                             break
+            set_numbers_at(state.v_d, robot, v)
             state.avoidance_active[robot] = 1.0 if moved else 0.0
             slow_down(robot, plan, state)

@@ -24,10 +24,10 @@ from escort_mj.control.outer_loops.passing import (
     leave_path,
 )
 from escort_mj.knowledge.belief import target_place, target_speed
-from escort_mj.knowledge.teammates import may_be, places_of
-from escort_mj.native.kernels import DOUBLE, inlined, stack_memory, vector_at
+from escort_mj.knowledge.teammates import heard_velocity, may_be, places_of
+from escort_mj.native.kernels import inlined, stack_memory, vector_at
+from escort_mj.native.vectors import Vec, dot, norm, numbers_at, of_numbers, set_numbers_at, unit_of, where
 from escort_mj.numerics.neighbors import ALL
-from escort_mj.numerics.vectors import length_of, make_unit
 from escort_mj.plan import Plan, State
 
 Array = NDArray[np.float64]
@@ -89,21 +89,17 @@ def find_constraints(
     Returns:
         Number of constraints; where there are more than MOST, those with the greatest bounds are kept.
     """
-    (n, p), avoid, rules = state.q.shape, clearance.avoid, clearance.rules
+    n, avoid, rules = state.q.shape[0], clearance.avoid, clearance.rules
     m, position, count = plan.obstacle_radius.shape[0], obstacles_seen(robot, plan, state), 0
     spread = rules.foresees * team_spread(robot, plan, state) if plan.team_radius.shape[0] > 0 else 0.0
     speed, beside = pace.speed, pace.beside + spread
-    memory = stack_memory()
-    direction, near = vector_at(memory, p), vector_at(memory + DOUBLE * p, NEAR)
-    motion = vector_at(memory + DOUBLE * (p + NEAR), p)
-    count = _add_limits(robot, speed, plan, state, direction, found, count)
+    q, near = numbers_at(state, state.q_measured, robot), vector_at(stack_memory(), NEAR)
+    count = _add_limits(robot, speed, plan, state, found, count)
     own, to_surface, mates = plan.robot_radius[robot], avoid.to_surface, int(ALL)
     if plan.failure.shape[0] == 0:
         mates = 0
         if avoid.teammate_distance > 0.0:
-            for k in range(p):
-                motion[k] = team_motion(robot, k, rules, plan, state)
-            ahead = beside + spread
+            motion, ahead = team_motion(robot, rules, plan, state), beside + spread
             mates = find_meeting(robot, 2.0 * beside, ahead, motion, clearance, plan, state, near)
     everyone, heard = mates == int(ALL), places_of(state) if avoid.heard_distance > 0.0 else 0
     fastest = fastest_obstacle(state)
@@ -117,29 +113,24 @@ def find_constraints(
             other = place if place < m or everyone else m + int(near[place - m])
         if place < m:
             reach = avoid.safe_distance + to_surface * (own + plan.seen_radius[place])
-            far, square = away + reach + lead * (reach + breadth_of(plan.obstacle_extent[place])), 0.0
-            for k in range(p):
-                square += (state.q_measured[robot, k] - position[place, k]) ** 2
-            if square > far * far:
+            far = away + reach + lead * (reach + breadth_of(plan.obstacle_extent[place]))
+            way = q - numbers_at(state, position, place)
+            if dot(way, way) > far * far:
                 continue
         count = _consider(robot, other, Pace(speed, beside), clearance, plan, state, found, count)
     return count
 
 
 @inlined
-def _add_limits(
-    robot: int, speed: float, plan: Plan, state: State, direction: Array, found: Constraints, count: int
-) -> int:
+def _add_limits(robot: int, speed: float, plan: Plan, state: State, found: Constraints, count: int) -> int:
     """Add the constraints of the robot's inequalities that a velocity of some speed could break."""
-    phase, p = int(state.phase[robot]), state.q.shape[1]
+    phase = int(state.phase[robot])
     first = int(plan.phase_first[phase])
     for level in range(first, first + int(plan.phase_levels[phase])):
         row = int(plan.level_limit_row[level])
         if row < 0:
             continue
-        for k in range(p):
-            direction[k] = state.limit_x[row + robot, k]
-        length = make_unit(direction)
+        direction, length = unit_of(numbers_at(state, state.limit_x, row + robot))
         bound = state.limit_rate[row + robot] / length if length > 0.0 else -UNLIMITED
         if bound >= -speed:
             count = _keep(direction, bound, 0.0, UNLIMITED, found, count)
@@ -147,23 +138,21 @@ def _add_limits(
 
 
 @inlined
-def team_motion(robot: int, k: int, rules: Rules, plan: Plan, state: State) -> float:
-    """Return the velocity along an axis relative to which a robot keeps distances to teammates [m/s]."""
-    return rules.foresees * target_speed(robot, plan, state)[k] if plan.target_feedforward else 0.0
+def team_motion(robot: int, rules: Rules, plan: Plan, state: State) -> Vec:
+    """Return the velocity relative to which a robot keeps distances to teammates [m/s]."""
+    return where(plan.target_feedforward, rules.foresees * target_speed(robot, plan, state), 0.0)
 
 
 @inlined
 def team_spread(robot: int, plan: Plan, state: State) -> float:
     """Return by how much the motion that two robots share may differ from that of a robot's team [m/s]."""
     if plan.informed:
-        return length_of(target_speed(robot, plan, state)) if plan.target_feedforward else 0.0
+        return norm(target_speed(robot, plan, state)) if plan.target_feedforward else 0.0
     most, teams = 0.0, state.team_velocity.shape[0]
     for a in range(teams if plan.target_feedforward else 0):
         for b in range(a):
-            square = 0.0
-            for k in range(state.team_velocity.shape[1]):
-                square += (state.team_velocity[a, k] - state.team_velocity[b, k]) ** 2
-            most = max(most, square)
+            apart = numbers_at(state, state.team_velocity, a) - numbers_at(state, state.team_velocity, b)
+            most = max(most, dot(apart, apart))
     return 0.5 * math.sqrt(most)
 
 
@@ -172,10 +161,8 @@ def fastest_obstacle(state: State) -> float:
     """Return the greatest speed of an obstacle [m/s]."""
     most = 0.0
     for j in range(state.obstacle_velocity.shape[0]):
-        square = 0.0
-        for k in range(state.obstacle_velocity.shape[1]):
-            square += state.obstacle_velocity[j, k] * state.obstacle_velocity[j, k]
-        most = max(most, square)
+        velocity = numbers_at(state, state.obstacle_velocity, j)
+        most = max(most, dot(velocity, velocity))
     return math.sqrt(most)
 
 
@@ -188,15 +175,14 @@ def _consider(
 
     Bodies are obstacles, then robots as they are seen, the target, and robots as this one hears them.
     """
-    (n, p), (speed, beside), memory = state.q.shape, pace, stack_memory()
+    n, m, (speed, beside) = state.q.shape[0], plan.obstacle_radius.shape[0], pace
     avoid, rules, position = clearance.avoid, clearance.rules, obstacles_seen(robot, plan, state)
-    direction, motion = vector_at(memory, p), vector_at(memory + DOUBLE * p, p)
-    m, q = plan.obstacle_radius.shape[0], state.q_measured
-    share, along, mate, straight = 1.0, 0.0, other - m, 0.0
+    q = numbers_at(state, state.q_measured, robot)
+    share, mate, straight, pursuit = 1.0, other - m, 0.0, 0.0
     followed, teams = rules.target_radius > 0.0, plan.team_radius.shape[0] > 0
     heard, own = mate - n - 1 if mate > n else -1, plan.robot_radius[robot]
     if heard >= 0:
-        mate, apart, covered = may_be(robot, heard, avoid.to_surface, plan, state, direction)
+        mate, apart, covered, direction = may_be(robot, heard, avoid.to_surface, plan, state)
         if mate < 0:
             return count
         reach, radius = avoid.heard_distance + covered, plan.robot_radius[mate]
@@ -205,55 +191,56 @@ def _consider(
         if safe <= 0.0:
             return count
         if mate == n:
-            apart = _from_point(robot, q, target_place(robot, plan, state), direction)
+            place = target_place(robot, plan, state)
+        elif mate < 0:
+            place = numbers_at(state, position, other)
         else:
-            apart = _from_point(robot, q, position[other] if mate < 0 else q[mate], direction)
+            place = numbers_at(state, state.q_measured, mate)
+        direction, apart = unit_of(q - place)
         if not apart - own - radius <= sight:
             return count
         reach = safe + avoid.to_surface * (own + radius)
     margin, gap = apart - reach, apart - own - radius
     if rules.cone != 0.0 and margin > 0.0:
         return count
-    square = pursuit = 0.0
-    for k in range(p):
-        if mate < 0:
-            motion[k] = obstacle_speed(other, k, plan, state)
-        elif mate == n:
-            motion[k] = target_speed(robot, plan, state)[k]
-        elif state.lost[mate] != 0.0:
-            motion[k] = state.v_measured[mate, k]
-        else:
-            motion[k], share = team_motion(robot, k, rules, plan, state), 0.5
-            if teams:
-                followed = state.member_of[robot] == state.member_of[mate]
-                if not plan.informed:
-                    motion[k] = 0.5 * (motion[k] + team_motion(mate, k, rules, plan, state))
-                elif not followed:
-                    motion[k] = 0.0  # neither knows how the other's targets move
-            mates = state.v_measured[mate, k]
-            if heard >= 0:
-                mates = state.heard_velocity[robot * state.link_from.shape[1] + heard, k]
-            pursuit += direction[k] * rules.foresees * mates
-        along += direction[k] * motion[k]
-        square += motion[k] * motion[k]
+    if mate < 0:
+        motion = obstacle_speed(other, plan, state)
+    elif mate == n:
+        motion = target_speed(robot, plan, state)
+    elif state.lost[mate] != 0.0:
+        motion = numbers_at(state, state.v_measured, mate)
+    else:
+        motion, share = team_motion(robot, rules, plan, state), 0.5
+        if teams:
+            followed = state.member_of[robot] == state.member_of[mate]
+            if not plan.informed:
+                motion = 0.5 * (motion + team_motion(mate, rules, plan, state))
+            elif not followed:
+                motion = of_numbers(motion, 0.0, 0.0, 0.0)  # neither knows how the other's targets move
+        velocity = numbers_at(state, state.v_measured, mate)
+        if heard >= 0:
+            velocity = heard_velocity(robot, heard, state)
+        pursuit = rules.foresees * dot(direction, velocity)
+    along, pace_of_body = dot(direction, motion), norm(motion)
     outrun = share == 1.0 and rules.foresees != 0.0 and along > 0.0
-    lead, wide = lead_of(math.sqrt(square), plan.max_speed) if outrun else 0.0, 0.0
+    lead, wide = lead_of(pace_of_body, plan.max_speed) if outrun else 0.0, 0.0
     if lead > 0.0 and mate < 0:
-        wide = breadth(plan.obstacle_extent[other], motion)
+        wide = breadth(plan.obstacle_extent[other], state.obstacle_velocity[other])
     lead *= reach + wide
     full = approach(margin - lead, rules)
     allowed = share * full
     bound = rules.foresees * along - allowed
     if share < 1.0 and rules.foresees != 0.0:  # one that does not do its half is met in full
         bound, allowed = max(bound, pursuit - full), min(allowed, full + along - pursuit)
-    could = (beside if share < 1.0 else speed + rules.foresees * math.sqrt(square)) - allowed
+    could = (beside if share < 1.0 else speed + rules.foresees * pace_of_body) - allowed
     if could < 0.0:
         return count
     if lead > 0.0:
         if wide > 0.0:
-            apart = _from_point(robot, q, state.obstacle_position[other], direction)
-        bound = leave_path(apart, reach + wide, state.v_measured[robot], motion, rules, direction)
-        straight = min(along - approach(margin, rules), plan.max_speed * plan.max_speed / math.sqrt(square))
+            direction, apart = unit_of(q - numbers_at(state, state.obstacle_position, other))
+        v = numbers_at(state, state.v_measured, robot)
+        bound, direction = leave_path(apart, reach + wide, v, motion, rules, direction)
+        straight = min(along - approach(margin, rules), plan.max_speed * plan.max_speed / pace_of_body)
         bound = min(bound, aside_of(straight, plan.max_speed))
     if bound < -speed:
         return count
@@ -262,9 +249,7 @@ def _consider(
     with_whom = 0.0 if share == 1.0 else 1.0 if followed else SHARED
     count = _keep(direction, bound, with_whom, gap, found, count)
     if lead > 0.0 and bound > 0.0:
-        for k in range(p):
-            motion[k] /= math.sqrt(square)
-        count = _keep(motion, straight, 0.0, gap, found, count)
+        count = _keep(motion / pace_of_body, straight, 0.0, gap, found, count)
     return count
 
 
@@ -295,9 +280,7 @@ def _kept_distance(
 
 
 @inlined
-def _keep(
-    direction: Array, bound: float, with_whom: float, gap: float, found: Constraints, count: int
-) -> int:
+def _keep(direction: Vec, bound: float, with_whom: float, gap: float, found: Constraints, count: int) -> int:
     """Add a constraint, in place of the one with the least bound where there are MOST of them."""
     place, bounds = count, found.bounds
     if count == MOST:
@@ -308,14 +291,5 @@ def _keep(
         if bound <= bounds[place]:
             return count
     bounds[place], found.shared[place], found.gaps[place] = bound, with_whom, gap
-    for k in range(direction.shape[0]):
-        found.rows[place, k] = direction[k]
+    set_numbers_at(found.rows, place, direction)
     return min(count + 1, MOST)
-
-
-@inlined
-def _from_point(robot: int, q: Array, point: Array, direction: Array) -> float:
-    """Distance of a robot from a point [m], and the unit vector that leads away; the first axis at it."""
-    for k in range(point.shape[0]):
-        direction[k] = q[robot, k] - point[k]
-    return make_unit(direction)

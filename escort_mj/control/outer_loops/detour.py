@@ -24,7 +24,8 @@ from escort_mj.control.outer_loops.nearest_velocity import speed_along
 from escort_mj.control.outer_loops.passing import turn
 from escort_mj.native.fields import Array as Field
 from escort_mj.native.fields import Fields, Value
-from escort_mj.native.kernels import DOUBLE, inlined, stack_memory, vector_at
+from escort_mj.native.kernels import inlined
+from escort_mj.native.vectors import Vec, numbers_at, of_numbers
 from escort_mj.plan import State
 
 Array = NDArray[np.float64]
@@ -91,9 +92,9 @@ def next_detour(
 
 @inlined
 def follow_boundary(
-    side: float, speed: float, rows: Array, bounds: Array, shared: Array, count: int, v: Array
-) -> None:
-    """Write the velocity along the boundary of the most binding constraint; rest where no direction is free.
+    side: float, speed: float, rows: Array, bounds: Array, shared: Array, count: int, v: Vec
+) -> Vec:
+    """Return the velocity along the boundary of the most binding constraint; rest where no direction is free.
 
     Args:
         side: 1 counterclockwise, -1 clockwise.
@@ -102,50 +103,42 @@ def follow_boundary(
         bounds: b [m/s].
         shared: See `find_constraints`; what is 1 is not followed around.
         count: Number of constraints.
-        v: Result, shape (p,) [m/s].
+        v: What is wanted [m/s].
     """
-    p = v.shape[0]
-    memory = stack_memory()
-    heading, tangent = vector_at(memory, p), vector_at(memory + DOUBLE * p, p)
     binding = -1
     for j in range(count):
         if shared[j] < 1.0 and (binding < 0 or bounds[j] > bounds[binding]):
             binding = j
-    turn(rows[binding], tangent)
-    share = 1.0
+    into, share = numbers_at(v, rows, binding), 1.0
+    tangent = turn(into)
     while share >= FREE:
         for step in range(1, DIRECTIONS):
             free = step * (2.0 * math.pi / DIRECTIONS)
-            if not _is_free(side * free, share * speed, rows, bounds, count, binding, tangent, heading):
+            if not _is_free(_toward(side * free, share * speed, into, tangent), rows, bounds, count):
                 continue
             blocked = free - 2.0 * math.pi / DIRECTIONS
             for _ in range(HALVINGS):
                 middle = 0.5 * (blocked + free)
-                if _is_free(side * middle, share * speed, rows, bounds, count, binding, tangent, heading):
+                if _is_free(_toward(side * middle, share * speed, into, tangent), rows, bounds, count):
                     free = middle
                 else:
                     blocked = middle
-            for k in range(p):
-                v[k] = (
-                    share * speed * (math.sin(side * free) * tangent[k] - math.cos(free) * rows[binding, k])
-                )
-            return
+            return _toward(side * free, share * speed, into, tangent)
         share *= 0.5
-    for k in range(p):
-        v[k] = 0.0
+    return of_numbers(v, 0.0, 0.0, 0.0)
 
 
 @inlined
-def _is_free(
-    angle: float, speed: float, rows: Array, bounds: Array, count: int, binding: int, tangent: Array,
-    heading: Array,
-) -> bool:  # fmt: skip
-    """Whether all constraints allow a speed in a direction, by its angle from straight into one of them."""
-    cosine, sine = math.cos(angle), math.sin(angle)
-    for k in range(tangent.shape[0]):
-        heading[k] = speed * (sine * tangent[k] - cosine * rows[binding, k])
+def _toward(angle: float, speed: float, into: Vec, tangent: Vec) -> Vec:
+    """Return a velocity by its angle from straight into a constraint [m/s]."""
+    return speed * (math.sin(angle) * tangent - math.cos(angle) * into)
+
+
+@inlined
+def _is_free(v: Vec, rows: Array, bounds: Array, count: int) -> bool:
+    """Whether all constraints allow a velocity."""
     for j in range(count):
-        if speed_along(rows, j, heading) < bounds[j]:
+        if speed_along(rows, j, v) < bounds[j]:
             return False
     return True
 

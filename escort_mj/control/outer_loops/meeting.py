@@ -30,11 +30,20 @@ from escort_mj.native.lanes import (
     stack_rows,
     store,
     there,
-    where,
 )
 from escort_mj.native.on_demand import on_demand
-from escort_mj.native.vectors import dot, one_row, rows_at
-from escort_mj.numerics.neighbors import ALL, ROUNDING, empty_around, find_near, seen_neighbors
+from escort_mj.native.vectors import (
+    Vec,
+    dot,
+    norm,
+    numbers_at,
+    numbers_from,
+    one_row,
+    rows_at,
+    set_numbers,
+    where,
+)
+from escort_mj.numerics.neighbors import ALL, ROUNDING, empty_around, find_near
 from escort_mj.plan import Plan, State
 
 NEAR = 64  # teammates that may be near enough to matter; of more, all are looked at
@@ -62,8 +71,7 @@ class PaceState(Fields):
 def bound_velocities(plan: Plan, state: State) -> None:
     """Write the frame, that of the first robot's target, and the largest speed in it."""
     n, longest = state.q.shape[0], everywhere(0.0)
-    for k in range(state.q.shape[1]):
-        state.pace_frame[k] = target_speed(0, plan, state)[k] if plan.target_feedforward else 0.0
+    set_numbers(state.pace_frame, 0, where(plan.target_feedforward, target_speed(0, plan, state), 0.0))
     for i in range(0, n, WIDTH):
         longest = greatest(longest, where(there(n - i), _squares_in_frame(i, state), 0.0))
     state.pace_most[0], state.pace_level[0] = math.sqrt(largest(longest)), -1.0
@@ -117,18 +125,17 @@ def _is_met(
     robot: int, alike: float, own: float, within: float, clearance: Clearance, plan: Plan, state: State
 ) -> bool:
     """Whether a teammate may bind what one robot wants, see `who_is_met`; none does that is not `within`."""
-    lists, q, radius, wanted = seen_neighbors(state), state.q_measured, plan.robot_radius, state.v_d[robot]
     level, avoid, rules = clearance
-    safe = avoid.teammate_distance
-    if mate_within(safe + horizon(alike, rules), robot, avoid, q, radius, lists):
+    safe, wanted = avoid.teammate_distance, numbers_at(state, state.v_d, robot)
+    if mate_within(safe + horizon(alike, rules), robot, avoid, plan, state):
         return True
     if state.pace_level[0] != level:
-        if not mate_within(within, robot, avoid, q, radius, lists):
+        if not mate_within(within, robot, avoid, plan, state):
             return False
         _find_met(level, rules.rate, rules.braking, rules.cone, plan, state)
     if _faster(robot, own, state) == own and (
         2.0 * own <= ROUNDING * alike
-        or not mate_within(safe + horizon(2.0 * own, rules), robot, avoid, q, radius, lists)
+        or not mate_within(safe + horizon(2.0 * own, rules), robot, avoid, plan, state)
     ):
         return False
     found = vector_at(stack_memory(), NEAR)
@@ -137,7 +144,7 @@ def _is_met(
 
 @inlined
 def find_meeting(
-    robot: int, alike: float, ahead: float, motion: Array, clearance: Clearance, plan: Plan, state: State,
+    robot: int, alike: float, ahead: float, motion: Vec, clearance: Clearance, plan: Plan, state: State,
     found: Array,
 ) -> int:  # fmt: skip
     """Find the teammates of a robot with a margin below the `horizon` of the speed at which they could meet.
@@ -147,7 +154,7 @@ def find_meeting(
         alike: Speed at which it could meet any that keeps to its half [m/s].
         ahead: Speed at which it could go toward any, relative to `motion`; one that comes toward it adds its
             own [m/s].
-        motion: Shape (p,) [m/s].
+        motion: Velocity that all share [m/s].
         clearance: What distances are kept: within `horizon(alike)` any counts, farther away one that comes so
             fast.
         plan: Gives radii.
@@ -167,15 +174,12 @@ def find_meeting(
     near, far = horizon(alike, rules), horizon(max(alike, rules.foresees * (own + fastest)), rules)
     look = avoid.teammate_distance + to_surface * radius[robot] + far
     around, count = find_near(robot, look, to_surface, radius, state, found), 0
-    everyone = around == int(ALL)
+    everyone, q = around == int(ALL), numbers_at(state, state.q_measured, robot)
     for place in range(state.q.shape[0] if everyone else around):
         j = place if everyone else int(found[place])
-        safe, square, closing = avoid.teammate_distance, 0.0, 0.0
-        safe += to_surface * (radius[robot] + radius[j])
-        for k in range(state.q.shape[1]):
-            way = state.q_measured[robot, k] - state.q_measured[j, k]
-            square += way * way
-            closing += way * (state.v_measured[j, k] - motion[k])
+        safe = avoid.teammate_distance + to_surface * (radius[robot] + radius[j])
+        way = q - numbers_at(state, state.q_measured, j)
+        square, closing = dot(way, way), dot(way, numbers_at(state, state.v_measured, j) - motion)
         if j == robot or square > (safe + far) ** 2:
             continue
         apart = math.sqrt(square)
@@ -195,12 +199,10 @@ def _faster(robot: int, own: float, state: State) -> float:
 
 
 @inlined
-def _apart_from(velocity: Array, state: State) -> float:
+def _apart_from(velocity: Vec, state: State) -> float:
     """Return the speed of a velocity in the common frame [m/s]."""
-    square = 0.0
-    for k in range(state.q.shape[1]):
-        square += (velocity[k] - state.pace_frame[k]) ** 2
-    return math.sqrt(square)
+    speed: float = norm(velocity - numbers_from(state, state.pace_frame, 0))
+    return speed
 
 
 @on_demand
@@ -238,20 +240,16 @@ def _find_met(level: int, rate: float, braking: float, cone: float, plan: Plan, 
 @inlined
 def _note_met(j: int, within: float, avoid: Avoidance, rules: Rules, plan: Plan, state: State) -> None:
     """Note which slower robots within a distance of robot j may be bound by it, and from which speed on."""
-    n, p = state.q.shape
+    n, q, v = state.q.shape[0], numbers_at(state, state.q_measured, j), numbers_at(state, state.v_measured, j)
     near, to_surface = vector_at(stack_memory(), NEAR), avoid.to_surface
-    bodies, speed = to_surface * plan.robot_radius[j], _apart_from(state.v_measured[j], state)
+    bodies, speed = to_surface * plan.robot_radius[j], _apart_from(v, state)
     count = find_near(j, within + bodies, to_surface, plan.robot_radius, state, near)
     everyone = count == int(ALL)
     for place in range(n if everyone else count):
         i = place if everyone else int(near[place])
-        square = closing = 0.0
-        for k in range(p):
-            way = state.q_measured[i, k] - state.q_measured[j, k]
-            square += way * way
-            closing += way * (state.v_measured[j, k] - state.pace_frame[k])
+        way = numbers_at(state, state.q_measured, i) - q
+        closing, apart = dot(way, v - numbers_from(state, state.pace_frame, 0)), norm(way)
         if closing > 0.0 and i != j:
-            apart = math.sqrt(square)
             margin = apart - avoid.teammate_distance - bodies - to_surface * plan.robot_radius[i]
             least = approach(margin, rules) - closing / apart
             if least < ROUNDING * speed:

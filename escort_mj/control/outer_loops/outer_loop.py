@@ -1,6 +1,5 @@
 """Base of outer loops: how a robot's behaviors become one velocity."""
 
-import math
 from typing import ClassVar
 
 import numpy as np
@@ -10,6 +9,7 @@ from escort_mj.components.component import Component
 from escort_mj.components.parameters import UNLIMITED
 from escort_mj.components.setup import MissionSetup
 from escort_mj.native.kernels import merged
+from escort_mj.native.vectors import dot, norm, numbers_at, set_numbers_at
 from escort_mj.plan import Plan, State
 
 Mask = NDArray[np.bool_]
@@ -55,10 +55,6 @@ def runs_now(robot: int, phase: int, plan: "Plan", state: "State") -> bool:
 @merged
 def slow_down(robot: int, plan: "Plan", state: "State") -> None:
     """Keeps the speed limit, along the same direction."""
-    square = 0.0
-    for k in range(state.q.shape[1]):
-        square += state.v_d[robot, k] * state.v_d[robot, k]
-    if plan.max_speed < UNLIMITED and square > plan.max_speed * plan.max_speed:
-        share = plan.max_speed / math.sqrt(square)
-        for k in range(state.q.shape[1]):
-            state.v_d[robot, k] *= share
+    v = numbers_at(state, state.v_d, robot)
+    if plan.max_speed < UNLIMITED and dot(v, v) > plan.max_speed * plan.max_speed:
+        set_numbers_at(state.v_d, robot, (plan.max_speed / norm(v)) * v)

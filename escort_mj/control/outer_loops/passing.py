@@ -12,6 +12,7 @@ from escort_mj.behaviors.avoid_obstacles import POLAR
 from escort_mj.behaviors.behavior import Avoidance
 from escort_mj.native.kernels import inlined
 from escort_mj.native.lanes import Lanes, where
+from escort_mj.native.vectors import Vec, dot, norm, turned, unit_of
 from escort_mj.numerics.vectors import length_of
 
 Array = NDArray[np.float64]
@@ -129,7 +130,9 @@ def aside_of(straight: float, most: float) -> float:
 
 
 @inlined
-def leave_path(apart: float, reach: float, v: Array, motion: Array, rules: Rules, direction: Array) -> float:
+def leave_path(
+    apart: float, reach: float, v: Vec, motion: Vec, rules: Rules, direction: Vec
+) -> tuple[float, Vec]:  # fmt: skip
     """Find what a robot's velocity has to satisfy to leave the path of a body that comes faster than it can.
 
     The condition is that of a body at rest, with the distance from the path in place of that from the body.
@@ -138,50 +141,29 @@ def leave_path(apart: float, reach: float, v: Array, motion: Array, rules: Rules
     Args:
         apart: Distance from the body [m].
         reach: The least that it may be [m].
-        v: Velocity of the robot, shape (p,) [m/s].
-        motion: Velocity of the body, likewise.
+        v: Velocity of the robot [m/s].
+        motion: Velocity of the body [m/s].
         rules: How fast it may come nearer to the path.
-        direction: Unit vector away from the body, shape (p,); becomes the one away from its path, on the side
-            where the robot would come to rest, or will be when the body arrives.
+        direction: Unit vector away from the body.
 
     Returns:
-        How fast it has to go that way [m/s].
+        How fast it has to go away from the path [m/s], and the unit vector that way: to the side where the
+        robot would come to rest, or will be when the body arrives.
     """
-    p, speed, along, ahead, square = v.shape[0], length_of(motion), 0.0, 0.0, 0.0
-    for k in range(p):
-        along += v[k] * motion[k] / speed
-        ahead += apart * direction[k] * motion[k] / speed
-    for k in range(p):
-        square += (v[k] - along * motion[k] / speed) ** 2
-    side = math.sqrt(square)
+    heading, speed = unit_of(motion)
+    across, ahead = v - dot(v, heading) * heading, apart * dot(direction, heading)
+    side = norm(across)
     soon = min(horizon(side, rules) / max(side, 1e-300), ahead / speed)
-    square = inner = 0.0
-    for k in range(p):
-        aside = apart * direction[k] - ahead * motion[k] / speed
-        direction[k] = aside + soon * (v[k] - along * motion[k] / speed)
-        square += direction[k] * direction[k]
-        inner += aside * direction[k]
-    length = math.sqrt(square)
+    aside = apart * direction - ahead * heading
+    later = aside + soon * across
+    length = norm(later)
     if length <= HEAD_ON * apart:
-        turn(motion, direction)
-        return -approach(-reach, rules)
-    for k in range(p):
-        direction[k] /= length
-    return -approach(inner / length - reach, rules)
+        return -approach(-reach, rules), turn(motion)
+    return -approach(dot(aside, later) / length - reach, rules), later / length
 
 
 @inlined
-def turn(r: Array, tangent: Array) -> None:
-    """Write the unit vector counterclockwise across another, in pairs of axes as `sidestep` turns them."""
-    p, length = tangent.shape[0], 0.0
-    for k in range(p):
-        length += r[k] * r[k]
-    first = 1 if p % 2 == 1 and abs(r[p - 1]) > POLAR * math.sqrt(length) else 0
-    square = 0.0
-    for k in range(p):
-        tangent[k] = 0.0
-    for k in range(first, first + p - p % 2, 2):
-        tangent[k], tangent[k + 1] = -r[k + 1], r[k]
-        square += tangent[k] * tangent[k] + tangent[k + 1] * tangent[k + 1]
-    for k in range(p):
-        tangent[k] /= math.sqrt(square)
+def turn(r: Vec) -> Vec:
+    """Return the unit vector counterclockwise across another, in pairs of axes as `sidestep` turns them."""
+    tangent = turned(r, 1 if len(r) % 2 == 1 and abs(r[-1]) > POLAR * norm(r) else 0)
+    return tangent / norm(tangent)

@@ -13,9 +13,9 @@ from escort_mj.behaviors.task import leave
 from escort_mj.control.nsb import avoidance_of, enforce, set_velocities, task_of
 from escort_mj.control.outer_loops.outer_loop import OuterLoop
 from escort_mj.knowledge.teammates import may_be, places_of
-from escort_mj.native.kernels import inlined, stack_memory, vector_at
+from escort_mj.native.kernels import inlined
 from escort_mj.native.lanes import WIDTH, Lanes, any_of, everywhere, greatest
-from escort_mj.native.vectors import Vec, dot, norm, unit_axis, where
+from escort_mj.native.vectors import Vec, dot, norm, numbers_at, of_numbers, set_numbers_at, unit_axis, where
 from escort_mj.plan import Plan, State
 
 
@@ -104,17 +104,14 @@ def _repel(body: Body, gain: float, least_distance: float, total: Vec, repelled:
 @inlined
 def _push_of_heard(avoid: Avoidance, gain: float, least_distance: float, r: Robots) -> Vec:
     """Return what teammates add to velocities that robots hear; arguments are those of `repulsion`."""
-    p, safe = r.state.q.shape[1], avoid.heard_distance
-    away = vector_at(stack_memory(), p)
+    safe = avoid.heard_distance
     for robot in range(r.i, min(r.i + WIDTH, r.state.q.shape[0])):
-        push = r.state.wished_direction[robot]
-        for k in range(p):
-            push[k] = 0.0
+        push = of_numbers(numbers_at(r.state, r.state.q, robot), 0.0, 0.0, 0.0)
         for place in range(places_of(r.state)):
-            mate, apart, covered = may_be(robot, place, avoid.to_surface, r.plan, r.state, away)
+            mate, apart, covered, away = may_be(robot, place, avoid.to_surface, r.plan, r.state)
             if mate >= 0 and apart < safe + covered:
                 distance = max(apart - covered, least_distance)
                 speed = gain * max(1.0 / distance - 1.0 / safe, 0.0) / (distance * distance)
-                for k in range(p):
-                    push[k] += speed * away[k]
+                push = push + speed * away
+        set_numbers_at(r.state.wished_direction, robot, push)
     return r.at(r.state.wished_direction, 0)

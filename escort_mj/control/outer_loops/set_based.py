@@ -49,7 +49,6 @@ from escort_mj.control.outer_loops.passing import (
 )
 from escort_mj.knowledge.belief import target_speed
 from escort_mj.knowledge.teammates import find_nearest_heard
-from escort_mj.native.fields import Array
 from escort_mj.native.kernels import DOUBLE, inlined, matrix_at, stack_memory, vector_at
 from escort_mj.native.lanes import (
     WIDTH,
@@ -61,9 +60,8 @@ from escort_mj.native.lanes import (
     store,
     where,
 )
-from escort_mj.native.vectors import Vec, dot, norm
+from escort_mj.native.vectors import Vec, dot, norm, numbers_at, set_numbers_at
 from escort_mj.numerics.neighbors import seen_neighbors
-from escort_mj.numerics.vectors import length_of
 from escort_mj.plan import Plan, State
 
 
@@ -258,7 +256,7 @@ def _mates_near(
     for j in range(state.q.shape[0]):
         body, margin, stretch = teammate_body(avoid, j, r), far, 1.0
         if failing and state.lost[j] != 0.0:
-            its_speed = length_of(state.v_measured[j])
+            its_speed = norm(numbers_at(state, state.v_measured, j))
             margin, stretch = horizon_lanes(speed + its_speed, rules), 1.0 + lead_of(its_speed, r.max_speed)
         elif exactly:
             margin = horizon_lanes(
@@ -275,43 +273,37 @@ def _keep_clear(
     robot: int, patience: float, turn_back: float, clearance: Clearance, plan: Plan, state: State
 ) -> None:
     """Change a robot's velocity as little as safety requires, or lead it around what blocks it."""
-    p, v, avoid, rules = state.q.shape[1], state.v_d[robot], clearance.avoid, clearance.rules
+    p, v, (_, avoid, rules) = state.q.shape[1], numbers_at(state, state.v_d, robot), clearance
     memory = stack_memory()
     rows, bounds = matrix_at(memory, MOST, p), vector_at(memory + DOUBLE * MOST * p, MOST)
     shared = vector_at(memory + DOUBLE * MOST * (p + 1), MOST)
-    wanted = vector_at(memory + DOUBLE * MOST * (p + 2), p)  # what behaviors want
-    spare = stack_memory()
-    nominal, start = vector_at(spare, p), vector_at(spare + DOUBLE * p, p)
-    gaps = vector_at(spare + DOUBLE * 2 * p, MOST)
+    gaps = vector_at(stack_memory(), MOST)
     constraints = Constraints(rows, bounds, shared, gaps)
-    for k in range(p):
-        wanted[k] = nominal[k] = v[k]  # a detour follows a boundary in place of what is wanted
+    wanted, nominal = v, v  # a detour follows a boundary in place of what is wanted
     # Bodies that cannot matter at these speeds are left out; if v comes out faster, once more with those.
-    speed = assumed_speed = length_of(v)
-    assumed_relative = _relative_speed(robot, v, rules, plan, state)
+    speed = assumed_speed = norm(v)
+    drift = team_motion(robot, rules, plan, state)
+    assumed_relative = norm(v - drift)
     side, decided = 0.0, patience == 0.0
     if not decided:  # a detour may turn v into any direction
-        assumed_relative += 2.0 * length_of(target_speed(robot, plan, state))
+        assumed_relative += 2.0 * norm(target_speed(robot, plan, state))
     while True:
         pace = Pace(assumed_speed, assumed_relative)
         count = find_constraints(robot, pace, clearance, plan, state, constraints)
-        for k in range(p):
-            v[k] = nominal[k]
+        start = nominal
         if side == 0.0:
-            step_aside(avoid.sidestep, rows, bounds, count, speed, v)
-        for k in range(p):
-            start[k] = v[k]
-        moved = nearest_velocity(rows, bounds, count, STIFFNESS, v) or side != 0.0
-        now, relative = length_of(v), _relative_speed(robot, v, rules, plan, state)
+            start = step_aside(avoid.sidestep, rows, bounds, count, speed, nominal)
+        moved, v = nearest_velocity(rows, bounds, count, STIFFNESS, start)
+        moved = moved or side != 0.0
+        now, relative = norm(v), norm(v - drift)
         if now > assumed_speed or relative > assumed_relative:
             assumed_speed, assumed_relative = max(assumed_speed, now), max(assumed_relative, relative)
             continue
         if not decided:
             decided = True
-            square, share, advance, near = max(speed * speed, 1e-300), 0.0, 0.0, 0.0
-            for k in range(p):
-                share += v[k] * wanted[k] / square
-                advance += state.v_measured[robot, k] * wanted[k] / math.sqrt(square)
+            square, near = max(speed * speed, 1e-300), 0.0
+            share = dot(v, wanted) / square
+            advance = dot(numbers_at(state, state.v_measured, robot), wanted) / math.sqrt(square)
             for j in range(count):
                 if bounds[j] >= -speed:
                     near = max(near, 1.0 - shared[j])
@@ -322,24 +314,16 @@ def _keep_clear(
             keep_detour(robot, found, state)
             side = found.side
             if side != 0.0:
-                follow_boundary(side, speed, rows, bounds, shared, count, nominal)
+                nominal = follow_boundary(side, speed, rows, bounds, shared, count, wanted)
                 continue
-        infeasible = contradict(rows, bounds, count, start, v)
-        if infeasible or not keep_limit(rows, bounds, count, plan.max_speed, v):
-            for k in range(p):
-                v[k] = start[k]
-            break_least(rows, bounds, gaps, count, avoid.safe_distance, plan.max_speed, v)
-        now, relative = length_of(v), _relative_speed(robot, v, rules, plan, state)
+        kept = not contradict(rows, bounds, count, start, v)
+        if kept:
+            kept, v = keep_limit(rows, bounds, count, plan.max_speed, v)
+        if not kept:
+            v = break_least(rows, bounds, gaps, count, avoid.safe_distance, plan.max_speed, start)
+        now, relative = norm(v), norm(v - drift)
         if not (now > assumed_speed or relative > assumed_relative):
+            set_numbers_at(state.v_d, robot, v)
             state.avoidance_active[robot] = 1.0 if moved else 0.0
             return
         assumed_speed, assumed_relative = max(assumed_speed, now), max(assumed_relative, relative)
-
-
-@inlined
-def _relative_speed(robot: int, v: Array, rules: Rules, plan: Plan, state: State) -> float:
-    """Return |v - team motion| [m/s]."""
-    square = 0.0
-    for k in range(v.shape[0]):
-        square += (v[k] - team_motion(robot, k, rules, plan, state)) ** 2
-    return math.sqrt(square)

@@ -363,7 +363,10 @@ def _numbers_from(context: Any, state: Any, array: Any, at: Any) -> Any:
     def generate(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
         data = make_array(array)(context, builder, arguments[1]).data
         first, found = _cast(context, builder, at, arguments[2]), []
-        axes = number_of_axes(context, builder, state, arguments[0])
+        if isinstance(state, VecType):
+            axes = _axes(builder, state, arguments[0])
+        else:
+            axes = number_of_axes(context, builder, state, arguments[0])
         for k in range(kind.room):
             there = builder.icmp_signed("<", word(k), axes)
             place = builder.add(first, builder.select(there, word(k), word(0)))
