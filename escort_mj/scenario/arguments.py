@@ -35,27 +35,28 @@ FEW = 100  # numbers that Python adds faster than NumPy looks at them
 
 @dataclass(frozen=True)
 class Bound:
-    """Least value of a number, in an annotation.
+    """Bounds of a number, in an annotation; infinity is refused.
 
     Attributes:
         least: The least value.
         above: Whether the number must be above it.
-        finite: Whether infinity is refused.
+        most: The largest value.
     """
 
     least: float = -math.inf
     above: bool = False
-    finite: bool = True
+    most: float = sys.float_info.max
 
     def accepts(self, value: float) -> bool:
-        """Whether a number is within the bound; NaN is not."""
+        """Whether a number is within the bounds; NaN is not."""
         enough = value > self.least if self.above else value >= self.least
-        return enough and not (self.finite and abs(value) > sys.float_info.max)
+        return enough and abs(value) <= self.most
 
     def __str__(self) -> str:
         if math.isinf(self.least):
-            return " that is finite" if self.finite else ""
-        return f" above {self.least:g}" if self.above else f" of at least {self.least:g}"
+            return " that is finite"
+        most = f" and at most {self.most:g}" if self.most < sys.float_info.max else ""
+        return (f" above {self.least:g}" if self.above else f" of at least {self.least:g}") + most
 
 
 @dataclass(frozen=True)
@@ -65,7 +66,7 @@ class Words:
     words: str
 
 
-Count = Annotated[int, Bound(1)]
+Count = Annotated[int, Bound(1, most=MANY)]
 """How many there are of something: at least one."""
 SEEDS = "a whole number of at least 0"
 Seed = Annotated[int, Bound(0)]

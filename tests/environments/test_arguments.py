@@ -32,6 +32,7 @@ class Mute:
     ("make", "arguments", "options", "message"),
     [
         (EscortVectorEnv, ("main", 16), {}, 'num_envs: found "main"; expected a whole number of at least 1'),
+        (EscortVectorEnv, (10**30,), {}, "num_envs: found .*; expected a whole number of at least 1 and at"),
         (EscortVectorEnv, (2.0,), {}, "num_envs: found 2.0; expected a whole number of at least 1"),
         (EscortVectorEnv, (2, 16), {}, f"scenario: found 16; {PLACES}"),
         (

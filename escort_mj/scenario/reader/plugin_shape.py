@@ -83,14 +83,15 @@ def check_shape(model: type[Any], source: str) -> None:
 
 
 def _check_settings(model: type[Any], place: str) -> None:
-    """What it says of itself in place of a base class is a flag where that has one, and a text likewise."""
+    """What it says of itself in place of a base class is a flag, a number or a text where that has one."""
     for name, value in vars(model).items():
         of_base = next((vars(base)[name] for base in model.__mro__[1:] if name in vars(base)), None)
         if isfunction(of_base) and not (callable(value) or hasattr(value, "__get__")):
             found = f"found {name} = {value!r:.80}{_line_of(model, name)}"
             raise PluginError(f"{place}: {found}; expected a method")
-        for kind, words in ((bool, "True or False"), (str, "a text")):
-            if type(of_base) is kind and not isinstance(value, kind) and not name.startswith("_"):
+        for kind, words in ((bool, "True or False"), (str, "a text"), (float, "a number")):
+            good = isinstance(value, (kind, int) if kind is float else kind) and value == value
+            if type(of_base) is kind and not good and not name.startswith("_"):
                 found = f"found {name} = {value!r:.80}{_line_of(model, name)}"
                 raise PluginError(f"{place}: {found}; expected {words}")
 
