@@ -10,11 +10,16 @@ from contextlib import contextmanager
 Progress = Callable[[float, float], None]
 """Called with what is done and with all there is to do."""
 
+
+def unseen(done: float, total: float) -> None:
+    """Show nothing."""
+
+
 INTERVAL = 0.2  # s between two changes of a notebook's line
 
 
 @contextmanager
-def shown_progress(label: str, unit: str, wanted: bool | Progress | None = None) -> Iterator[Progress | None]:
+def shown_progress(label: str, unit: str, wanted: bool | Progress | None = None) -> Iterator[Progress]:
     """Show progress.
 
     Args:
@@ -31,7 +36,7 @@ def shown_progress(label: str, unit: str, wanted: bool | Progress | None = None)
         with terminal_bar(label, unit) as update:
             yield update
     else:
-        yield None
+        yield unseen
 
 
 def in_notebook() -> bool:

@@ -147,9 +147,9 @@ def test_a_study_runs_them_in_worker_processes_and_knows_their_content(compiled,
     keys = [run.key for run in design.runs()]
     from escort_mj.study.engine.backends import local
     from escort_mj.study.engine.work import perform
-    from escort_mj.study.sweeps.sweep import _job
+    from escort_mj.study.sweeps.sweep import job_of
 
-    jobs = [_job(design, run, tmp_path / "out") for run in design.runs()]
+    jobs = [job_of(design, run, tmp_path / "out") for run in design.runs()]
     with local(2) as backend:
         rows = [row for _, row in backend(perform, jobs)]
     assert [row.outcome for row in rows] == ["completed", "completed"]

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from io import StringIO
+from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -22,6 +22,10 @@ if TYPE_CHECKING:
     import pandas
 
     from escort_mj.study.sweeps.design import Design
+    from escort_mj.study.sweeps.results import Results
+    from escort_mj.study.sweeps.sweep import Again, Swept
+
+    LaidOut = tuple[Design, Path, int]
 
 ShowProgress = bool | Progress | None
 AnyStudy = StudySource
@@ -47,12 +51,18 @@ class StudyResult:
     written: list[str]
     passed: bool
     found: Any = field(compare=False)
-    _read: Callable[[], pandas.DataFrame] = field(compare=False)
+    _rows: bytes | list[dict[str, Any]] = field(compare=False)
 
     @cached_property
     def table(self) -> pandas.DataFrame:
         """One row per run (`attrs["units"]` has the units of columns), trial, counterexample or claim."""
-        return self._read()
+        import pandas  # slow to import
+
+        from escort_mj.record.tables import without_units
+
+        if isinstance(self._rows, bytes):
+            return without_units(pandas.read_csv(BytesIO(self._rows)))
+        return pandas.DataFrame(self._rows)
 
     def to_dataframe(self) -> pandas.DataFrame:
         """Return a copy of the table."""
@@ -103,7 +113,7 @@ def _lay_out(
     workers: int | None,
     confirmed: bool = True,
     overrides: Sequence[str] = (),
-) -> tuple[Design, Path, int]:
+) -> LaidOut:
     """Return the design of a study, the folder of its results, and the number of workers.
 
     Args:
@@ -126,6 +136,23 @@ def _lay_out(
     if not confirmed:
         check_size(file, folder)
     return Design(file, scenarios_folder()), folder, cores() if workers is None else workers
+
+
+def _run_all(
+    study: LaidOut, label: str, progress: ShowProgress, again: bool, only: Collection[int] | None = None
+) -> tuple[Swept, Results, bool]:
+    """Make the runs of some cells, None for all; return what was done, the results, if all runs ended."""
+    from escort_mj.record.outcome import FINAL
+    from escort_mj.study.engine import backends
+    from escort_mj.study.sweeps.results import open_results
+    from escort_mj.study.sweeps.sweep import sweep_design
+
+    design, folder, workers = study
+    repeated: Again = "all" if again else "broken_off"
+    with backends.local(workers) as where, shown_progress(label, " runs", progress) as update:
+        done = sweep_design(design, folder, where, workers, True, update, repeated, only)
+    results = open_results(folder)
+    return done, results, all(row.outcome in FINAL for row in results.rows.values())
 
 
 @checked
@@ -175,8 +202,8 @@ def sweep(
     if claims:
         lines, written = lines + judged_lines(claims), [*written, *FILES]
     passed = not done.failed and all(claim.holds in ("yes", "undecided") for claim in claims)
-    read = _table_of(folder / TABLE)
-    return StudyResult(design.study.study, folder, lines, written, passed, done, read)
+    rows = (folder / TABLE).read_bytes()
+    return StudyResult(design.study.study, folder, lines, written, passed, done, rows)
 
 
 @checked
@@ -225,14 +252,11 @@ def compare(
         KeyboardInterrupt: On an interrupt; completed runs are kept, and the same call continues.
     """
     from escort_mj.files import make_folder, write_text
-    from escort_mj.record.outcome import FINAL
     from escort_mj.record.window import span_of
     from escort_mj.report.comparison import write_comparison
     from escort_mj.scenario import dump_scenario
     from escort_mj.study.compare.compare import comparison_of
-    from escort_mj.study.engine import backends
-    from escort_mj.study.sweeps.results import open_results
-    from escort_mj.study.sweeps.sweep import TABLE, sweep_design
+    from escort_mj.study.sweeps.sweep import TABLE
 
     mission = loaded(compare, scenario, overrides, plugins, keys)
     folder = Path(out) if out is not None else Path("renders") / "compare" / mission.name
@@ -241,16 +265,12 @@ def compare(
     study = comparison_of(mission, file, _names(laws), _names(outer), seeds, span)
     make_folder(folder)
     write_text(file, dump_scenario(mission))
-    design, _, count = _lay_out(study, folder, workers)
-    with backends.local(count) as where, shown_progress("comparing", " runs", progress) as update:
-        done = sweep_design(design, folder, where, count, True, update, "all" if again else "broken_off")
-    results = open_results(folder)
+    done, results, ended = _run_all(_lay_out(study, folder, workers), "comparing", progress, again)
     with stopping.keeping(lambda: kept_words(folder)):
         lines, written = write_comparison(results, folder)
     lines.insert(0, f"{done.runs} runs: {done.made} new, {done.runs - done.made} from earlier")
-    stated = all(row.outcome in FINAL for row in results.rows.values())
-    read = _table_of(folder / TABLE)
-    return StudyResult(mission.name, folder, lines, [*written, TABLE], stated, done, read)
+    rows = (folder / TABLE).read_bytes()
+    return StudyResult(mission.name, folder, lines, [*written, TABLE], ended, done, rows)
 
 
 @checked
@@ -279,16 +299,12 @@ def reproduce(
         KeyboardInterrupt: On an interrupt; completed runs are kept, and the same call continues.
     """
     from escort_mj.errors import UsageError
-    from escort_mj.files import read_json
-    from escort_mj.record.outcome import FINAL
     from escort_mj.report.pages.study_page import PAGE, write_study_page
-    from escort_mj.study.engine import backends
-    from escort_mj.study.sweeps.judged import FILES, JSON, judge_cells, judged_lines
-    from escort_mj.study.sweeps.results import open_results
-    from escort_mj.study.sweeps.sweep import TABLE, Again, sweep_design, sweep_line
+    from escort_mj.study.sweeps.judged import FILES, judge_cells, judged_lines
+    from escort_mj.study.sweeps.sweep import TABLE, sweep_line
 
     folder = Path(out) if out is not None else Path("renders") / "reproduction"
-    design, _, count = _lay_out("studies/paper", folder, workers)
+    laid_out = design, *_ = _lay_out("studies/paper", folder, workers)
     known = {shown.name: shown for shown in design.study.figures}
     words = [word.strip() for text in only for word in str(text).split(",") if word.strip()]
     names = [f"fig{int(word):02d}" if word.isdigit() else word for word in words]
@@ -301,23 +317,14 @@ def reproduce(
     cells = (
         None if not names else {index for name in names for index in design.cells_where(known[name].where)}
     )
-    with backends.local(count) as where, shown_progress("reproducing", " runs", progress) as update:
-        repeated: Again = "all" if again else "broken_off"
-        done = sweep_design(design, folder, where, count, True, update, repeated, cells)
-    results = open_results(folder)
+    done, results, ended = _run_all(laid_out, "reproducing", progress, again, cells)
     with stopping.keeping(lambda: kept_words(folder)):
         write_study_page(folder, formats=("png",))
-    lines = [sweep_line(design.study.study, done), *judged_lines(judge_cells(results))]
-    stated = all(row.outcome in FINAL for row in results.rows.values())
-    document = read_json(folder / JSON)
-
-    def read() -> pandas.DataFrame:
-        import pandas
-
-        return pandas.DataFrame(document["claims"], columns=["claim", "source", "rule", "holds"])
-
+    claims = judge_cells(results)
+    lines = [sweep_line(design.study.study, done), *judged_lines(claims)]
     written = [*FILES, TABLE, PAGE, "figures/"]
-    return StudyResult("reproduction", folder, lines, written, stated, done, read)
+    rows = [{key: getattr(one, key) for key in ("claim", "source", "rule", "holds")} for one in claims]
+    return StudyResult("reproduction", folder, lines, written, ended, done, rows)
 
 
 @checked
@@ -365,7 +372,8 @@ def tune(
 
         with stopping.keeping(lambda: kept_words(folder)):
             written += [path.name for path in draw_tuning(folder, section, found)]
-    return StudyResult(design.study.study, folder, lines, written, True, found, _table_of(folder / TRIALS))
+    rows = (folder / TRIALS).read_bytes()
+    return StudyResult(design.study.study, folder, lines, written, True, found, rows)
 
 
 @checked
@@ -410,14 +418,8 @@ def falsify(
         | {"scenario": str(one.scenario), "folder": str(one.folder)}
         for one in found.counterexamples
     ]
-
-    def read() -> pandas.DataFrame:
-        import pandas
-
-        return pandas.DataFrame(rows)
-
     lines, written = list(falsification_lines(found)), ["results.sqlite", SUMMARY, f"{COUNTEREXAMPLES}/"]
-    return StudyResult(design.study.study, folder, lines, written, not rows, found, read)
+    return StudyResult(design.study.study, folder, lines, written, not rows, found, rows)
 
 
 def kept_words(folder: Path) -> str:
@@ -428,20 +430,3 @@ def kept_words(folder: Path) -> str:
 def _names(given: Sequence[str]) -> Sequence[str]:
     """Names that were given: several, or one text with commas between them."""
     return [given] if isinstance(given, str) else given
-
-
-def _table_of(path: Path) -> Callable[[], pandas.DataFrame]:
-    """Return a function that parses the present text of a CSV file; pandas takes long to import.
-
-    Units stand in the file's heads, and in `attrs["units"]` of the table.
-    """
-    text = path.read_text(encoding="utf-8")
-
-    def read() -> pandas.DataFrame:
-        import pandas
-
-        from escort_mj.record.tables import without_units
-
-        return without_units(pandas.read_csv(StringIO(text)))
-
-    return read

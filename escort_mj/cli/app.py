@@ -20,7 +20,7 @@ from escort_mj.cli.group import Commands, print_version
 from escort_mj.cli.options import SHARED, help_of, options, plain
 from escort_mj.cli.streams import OUTPUT, Output, lasting_streams, printable_json, say
 from escort_mj.errors import EscortError, LogError, ScenarioError
-from escort_mj.progress import terminal_bar
+from escort_mj.progress import Progress, terminal_bar, unseen
 
 if TYPE_CHECKING:
     from escort_mj.report.figures.ahead import Draw
@@ -173,9 +173,7 @@ def drawing_figures() -> AbstractContextManager[Draw]:
 
 
 @contextmanager
-def progress_bar(
-    label: str, unit: str, announced: bool = False
-) -> Iterator[Callable[[float, float], None] | None]:
+def progress_bar(label: str, unit: str, announced: bool = False) -> Iterator[Progress]:
     """Show progress: a bar with rate and time left on a terminal, else nothing.
 
     Args:
@@ -185,14 +183,14 @@ def progress_bar(
     """
     clock = time.perf_counter()
     if OUTPUT.quiet:
-        yield None
+        yield unseen
     elif sys.stderr.isatty():
         with terminal_bar(label, unit) as update:
             yield update
     else:
         if announced:
             say(f"{label} ...", err=True)
-        yield None
+        yield unseen
     if OUTPUT.verbose:
         say(f"{label}: {time.perf_counter() - clock:.2f} s", err=True)
 

@@ -60,7 +60,7 @@ def reproduce_command(**given: Any) -> Answer:
     from escort_mj.api import studies
 
     with progress_bar("reproducing", " runs") as progress:
-        result = studies.reproduce(**given, progress=progress or False)
+        result = studies.reproduce(**given, progress=progress)
     return _answer(result, "expect.json", GOOD if result.passed else BROKEN)
 
 
@@ -73,7 +73,7 @@ def compare_command(**given: Any) -> Answer:
     from escort_mj.api import studies
 
     with progress_bar("comparing", " runs") as progress:
-        result = studies.compare(**given, progress=progress or False)
+        result = studies.compare(**given, progress=progress)
     return _answer(result, "table.json", GOOD if result.passed else BROKEN)
 
 
@@ -90,7 +90,7 @@ def sweep_command(**given: Any) -> Answer:
     from escort_mj.api import studies
 
     with progress_bar("sweeping", " runs") as progress:
-        result = studies.sweep(**given, progress=progress or False)
+        result = studies.sweep(**given, progress=progress)
     done = result.found
     told = {"study": result.name, "folder": shown_path(result.folder), "written": result.written}
     code = BROKEN if done.broken else GOOD if result.passed else VERDICT_FAILED
@@ -150,7 +150,7 @@ def tune_command(figures: Either = True, **given: Any) -> Answer:
     from escort_mj.api import studies
 
     with progress_bar("tuning", " trials") as progress:
-        result = studies.tune(**given, figures=figures, progress=progress or False)
+        result = studies.tune(**given, figures=figures, progress=progress)
     return _answer(result, "tune.json")
 
 
@@ -173,7 +173,7 @@ def falsify_command(video: Either = True, **given: Any) -> Answer:
     from escort_mj.report.video.video import render_clip
 
     with progress_bar("searching", " runs") as progress:
-        result = studies.falsify(**given, progress=progress or False)
+        result = studies.falsify(**given, progress=progress)
     for one in result.found.counterexamples if video else ():
         try:
             with stopping.keeping(lambda: studies.kept_words(result.folder)):

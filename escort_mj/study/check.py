@@ -5,19 +5,20 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from escort_mj import stopping
 from escort_mj.errors import EscortError, Fault, ScenarioError
+from escort_mj.progress import Progress, unseen
 from escort_mj.record.folder import CHECK, free_place
 from escort_mj.record.outcome import Outcome
 from escort_mj.scenario.reader.load import expectation_lines, read_text
 from escort_mj.study.checked import GOOD, Case, Checked, own_facts, with_faults_once
-from escort_mj.study.engine.backends import Backend
+from escort_mj.study.engine.backends import Backend, here
 from escort_mj.study.engine.parallel import Died, Workers, cores
 from escort_mj.study.engine.store import Row, Store
 from escort_mj.study.engine.work import Job, killed, perform
@@ -26,7 +27,6 @@ from escort_mj.study.sweeps.results import Facts, Varied
 from escort_mj.study.sweeps.sweep import make
 
 DIGITS = 32  # of a run's key
-Progress = Callable[[float, float], None]
 Clip = Callable[[Path], Path]
 
 
@@ -43,7 +43,7 @@ def check_scenarios(
     workers: int | None = None,
     keep: bool = False,
     clip: Clip | None = None,
-    progress: Progress | None = None,
+    progress: Progress = unseen,
 ) -> list[Checked]:
     """Runs and judges scenarios side by side, in other processes: one that crashes costs its row alone.
 
@@ -67,8 +67,7 @@ def check_scenarios(
     def note(now: float, total: float) -> None:
         nonlocal done
         done = int(now)
-        if progress is not None:
-            progress(now, total)
+        progress(now, total)
 
     def kept() -> str:
         return f"{done} of {len(cases)} scenarios had been checked; the same command checks all again"
@@ -101,17 +100,11 @@ def check_alone(case: Case, folder: Path | None, clip: Clip | None = None, apart
     task = _job(case, None if folder is None else folder.parent, False, "" if folder is None else folder.name)
     if not isinstance(task, Job):
         return task
-    if not apart:
-        result = checked(case, task, perform(task))
-        return result if clip is None else with_clips([result], clip, _here)[0]
     with Workers(1) as pool:
-        (_, row), *_ = pool.compute(perform, [task])
+        backend = pool.compute if apart else here
+        ((_, row),) = backend(perform, [task])
         result = checked(case, task, killed(task, row) if isinstance(row, Died) else row)
-        return result if clip is None else with_clips([result], clip, pool.compute)[0]
-
-
-def _here(function: Callable[[Any], Any], jobs: Iterable[Any]) -> Any:
-    return ((job, function(job)) for job in jobs)
+        return result if clip is None else with_clips([result], clip, backend)[0]
 
 
 def _job(case: Case, out: Path | None, keep: bool, name: str = "") -> Job | Checked:

@@ -9,7 +9,7 @@ from escort_mj.api import scenarios_folder
 from escort_mj.study.engine.store import Row, Store
 from escort_mj.study.sweeps.definition import load_study
 from escort_mj.study.sweeps.design import Cell, Design
-from escort_mj.study.sweeps.results import Results, facts_of, results_of
+from escort_mj.study.sweeps.results import Results, facts_of
 from tests.synthetic import make_verdict
 
 STUDY = """
@@ -85,7 +85,7 @@ def rows(laid_out: Design, planter: Planter = plant) -> dict[str, Row]:
 
 def results(folder: Path, text: str = STUDY, planter: Planter = plant) -> Results:
     laid_out = design(folder, text)
-    return results_of(laid_out, rows(laid_out, planter))
+    return Results(facts_of(laid_out), rows(laid_out, planter))
 
 
 def study_folder(folder: Path, text: str = STUDY, planter: Planter = plant) -> Path:

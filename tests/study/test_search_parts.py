@@ -6,7 +6,7 @@ import pytest
 
 from escort_mj.record.outcome import Verdict
 from escort_mj.study.engine.store import Row
-from escort_mj.study.search.asking import Asker
+from escort_mj.study.search.asking import Asker, Told
 from escort_mj.study.search.robustness import broken_by, robustness
 from escort_mj.study.search.shrink import shrink
 from escort_mj.study.sweeps.parameters import filled, names_in_braces
@@ -74,7 +74,7 @@ def hunt(method: str, seed: int = 1, batches: int = 12) -> list[dict]:
     for _ in range(batches):
         points = asker.ask(8)
         seen += points
-        asker.tell([(height(point),) if point["x"] > -4 else None for point in points])
+        asker.tell([Told([height(point)] if point["x"] > -4 else None) for point in points])
     return seen
 
 
@@ -106,7 +106,7 @@ class TestAsking:
         for _ in range(12):
             points = asker.ask(8)
             seen += points
-            asker.tell([(height(p),) for p in points], [{"left": p["x"]} for p in points])
+            asker.tell([Told([height(p)], {"left": p["x"]}) for p in points])
         assert sum(point["x"] <= 0 for point in seen[-32:]) > 20
 
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 import warnings
 from collections.abc import Mapping, Sequence
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 from escort_mj.errors import UsageError
 from escort_mj.study.sweeps.ranges import Range
@@ -17,6 +17,18 @@ from escort_mj.study.sweeps.ranges import Range
 Point = dict[str, float | int]
 Goal = Literal["minimize", "maximize"]
 DIGITS = 4  # of the numbers that are tried
+
+
+class Told(NamedTuple):
+    """What came of a point.
+
+    Attributes:
+        values: What is to become small or large; None where the point cannot be tried.
+        violations: By how much it breaks each constraint; 0 and less is none.
+    """
+
+    values: Sequence[float] | None
+    violations: Mapping[str, float] = {}  # noqa: RUF012  it is not changed
 
 
 class Asker:
@@ -92,22 +104,13 @@ class Asker:
             else min(max(float(f"{value:.{DIGITS}g}"), spread.low), spread.high)
         )
 
-    def tell(
-        self,
-        values: Sequence[Sequence[float] | None],
-        violations: Sequence[Mapping[str, float]] | None = None,
-    ) -> None:
-        """Answer the points that were asked for last.
-
-        Args:
-            values: Of each point; None for one that cannot be tried.
-            violations: Of each point, by how much it breaks each constraint; 0 and less is none.
-        """
+    def tell(self, answers: Sequence[Told]) -> None:
+        """Answer the points that were asked for last."""
         fail = self._optuna.trial.TrialState.FAIL
-        for place, (trial, value) in enumerate(zip(self._trials, values, strict=True)):
-            if value is None or not all(map(math.isfinite, value)):
+        for trial, (values, violations) in zip(self._trials, answers, strict=True):
+            if values is None or not all(map(math.isfinite, values)):
                 self._study.tell(trial, state=fail)
                 continue
-            for name, excess in (violations[place] if violations is not None else {}).items():
+            for name, excess in violations.items():
                 trial.set_constraint(name, excess)
-            self._study.tell(trial, list(value))
+            self._study.tell(trial, list(values))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from types import TracebackType
 from typing import Any
@@ -16,8 +16,9 @@ from escort_mj.scenario.schema.scenario import Scenario
 from escort_mj.study.engine.backends import Backend
 from escort_mj.study.engine.store import Row, Store
 from escort_mj.study.engine.work import Job
-from escort_mj.study.sweeps.design import SEED, Cell, Design
-from escort_mj.study.sweeps.sweep import make
+from escort_mj.study.search.asking import Asker, Told
+from escort_mj.study.sweeps.design import SEED, Cell, Design, Planned
+from escort_mj.study.sweeps.sweep import job_of, make
 
 Point = Mapping[str, float | int]
 """Scenario keys or parameters, and the number that each has; `seed` moves the study's seeds."""
@@ -63,9 +64,24 @@ class Evaluator:
         known = self._store.known()
         missing = [job for key, job in wanted.items() if key not in known]
         self.asked += len(wanted)
-        self.made += make(missing, self._store, self._backend, len(missing), None)
+        self.made += make(missing, self._store, self._backend, len(missing))
         rows = self._store.get(wanted)
         return [None if jobs_ is None else [rows[job.key] for job in jobs_] for jobs_ in jobs]
+
+    def follow(
+        self, asker: Asker, wanted: Callable[[], int], weigh: Callable[[Point, list[Row] | None], Told]
+    ) -> Iterator[None]:
+        """Evaluate what an optimizer asks for, batch by batch; yields after each.
+
+        Args:
+            asker: The optimizer.
+            wanted: How many points the next batch has; 0 ends the search.
+            weigh: What the optimizer is told of a point, given its runs; None where it is impossible.
+        """
+        while count := wanted():
+            points = asker.ask(count)
+            asker.tell([weigh(point, rows) for point, rows in zip(points, self(points), strict=True)])
+            yield
 
     def kept(self) -> str:
         """What a search that is interrupted has left."""
@@ -104,10 +120,8 @@ class Evaluator:
                     self.design.scenario(cell, moved)
                 except ScenarioError:
                     return None
-                template = self.design.template_of(cell)
-                key = self.design.key(cell, moved)
-                given = key, moved, cell.settings, template.text, template.source, None, None, False
-                jobs.append(Job(*given, self.design.measured()))
+                run = Planned(index, moved, self.design.key(cell, moved))
+                jobs.append(job_of(self.design, run, cell=cell))
         return jobs
 
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import json
-from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
@@ -11,19 +9,19 @@ from escort_mj import stopping
 from escort_mj.errors import ScenarioError
 from escort_mj.files import write_json
 from escort_mj.mission import fly
+from escort_mj.progress import Progress, unseen
 from escort_mj.recognize import COUNTEREXAMPLES
 from escort_mj.record.folder import STUDY, RunFolder
 from escort_mj.study.engine.backends import Backend
 from escort_mj.study.engine.store import Row
 from escort_mj.study.engine.work import Job
-from escort_mj.study.search.asking import Asker
+from escort_mj.study.search.asking import Asker, Told
 from escort_mj.study.search.evaluate import Evaluator, Point, base_of, number_text
 from escort_mj.study.search.robustness import BEST, broken_by, robustness
 from escort_mj.study.search.shrink import shrink
 from escort_mj.study.sweeps.design import Design
 from escort_mj.study.sweeps.searches import Falsify
 
-Progress = Callable[[float, float], None]
 HOPELESS = 50  # impossible points for each that is possible, beyond which a search gives up
 SUMMARY = "falsify.json"
 
@@ -77,7 +75,7 @@ class Falsified:
 
 
 def falsify_design(
-    design: Design, out: Path, backend: Backend[Job, Row], progress: Progress | None = None
+    design: Design, out: Path, backend: Backend[Job, Row], progress: Progress = unseen
 ) -> Falsified:
     """Searches a study's box for points where a verdict breaks, and shrinks what it finds.
 
@@ -108,7 +106,7 @@ def falsify_design(
             runs, hunt.until_first, evaluator.asked - runs, evaluator.made, hunt.points, hunt.impossible,
             hunt.least, found,
         )  # fmt: skip
-    write_json(out / SUMMARY, json.loads(json.dumps(asdict(result), default=str)))
+    write_json(out / SUMMARY, asdict(result))
     return result
 
 
@@ -122,31 +120,31 @@ class _Hunt:
         self.until_first: int | None = None
         self.least: tuple[float, dict[str, float]] = (BEST, {})
 
-    def go(self, progress: Progress | None) -> None:
+    def go(self, progress: Progress) -> None:
         """Searches until enough is found or enough was tried."""
         search, evaluator = self.search, self.evaluator
         asker = Asker(search.over, search.method, search.seed, search.batch)
         self.look({}, evaluator([{}])[0])
         if self.failed:
             return
-        while self.failed < search.collect and evaluator.asked < search.runs:
-            points = asker.ask(search.batch)
-            rows = evaluator(points)
-            values = [self.look(point, of_point) for point, of_point in zip(points, rows, strict=True)]
-            asker.tell([None if value is None else (value,) for value in values])
+        for _ in evaluator.follow(asker, self.wanted, self.look):
             if self.impossible > HOPELESS * self.points:
                 words = f"{self.impossible} of {self.impossible + self.points} points are impossible"
                 raise ScenarioError(
                     [evaluator.design.file.fault(f"{words}; narrow the bounds", "falsify", "over")]
                 )
-            if progress is not None:
-                progress(min(evaluator.asked, search.runs), search.runs)
+            progress(min(evaluator.asked, search.runs), search.runs)
 
-    def look(self, point: Point, rows: list[Row] | None) -> float | None:
-        """Record the result of a point; return its robustness, or None for an impossible point."""
+    def wanted(self) -> int:
+        """How many points are to be tried next."""
+        enough = self.failed >= self.search.collect or self.evaluator.asked >= self.search.runs
+        return 0 if enough else self.search.batch
+
+    def look(self, point: Point, rows: list[Row] | None) -> Told:
+        """Record the result of a point; return its robustness."""
         if rows is None:
             self.impossible += 1
-            return None
+            return Told(None)
         self.points += 1
         duration = self.evaluator.scenario(point).duration
         weakest = min(robustness(row, duration) for row in rows)
@@ -156,7 +154,7 @@ class _Hunt:
             self.failed += 1
             self.failures.setdefault(weakest.verdict, point)
             self.until_first = self.until_first or self.evaluator.asked
-        return weakest.value
+        return Told([weakest.value])
 
 
 def _write(evaluator: Evaluator, number: int, words: str, point: Point, folder: Path) -> Counterexample:

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import copy
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from escort_mj.errors import EscortError, UsageError
 from escort_mj.mission import Flight, fly
+from escort_mj.progress import Progress, unseen
 from escort_mj.record.folder import STUDY, RunFolder
 from escort_mj.scenario import Scenario
 from escort_mj.scenario.findings import Path as KeyPath
@@ -29,7 +30,6 @@ KEPT = {
 }
 """What is not left out as a whole: its default would be another mission, not a smaller one."""
 DIGITS = (1, 2, 3)  # of numbers, the fewest that do
-Progress = Callable[[float, float], None]
 
 
 @dataclass(frozen=True)
@@ -61,9 +61,7 @@ class Shrunk:
     finished: bool
 
 
-def shrink_scenario(
-    scenario: Scenario, out: Path, most: int = 200, progress: Progress | None = None
-) -> Shrunk:
+def shrink_scenario(scenario: Scenario, out: Path, most: int = 200, progress: Progress = unseen) -> Shrunk:
     """Shrink a scenario that fails, and keep the same verdict failing.
 
     The end of the run is cut to the moment of the failure; starts that are drawn become positions; then
@@ -109,7 +107,7 @@ def shrink_scenario(
 class _Search:
     """The smallest scenario so far, and what is tried on it."""
 
-    def __init__(self, scenario: Scenario, most: int, progress: Progress | None) -> None:
+    def __init__(self, scenario: Scenario, most: int, progress: Progress) -> None:
         self.most, self.progress, self.runs = most, progress, 0
         self.kind = type(scenario)
         run = self._fly(scenario)
@@ -180,8 +178,7 @@ class _Search:
 
     def _fly(self, scenario: Scenario) -> Flight:
         self.runs += 1
-        if self.progress is not None:
-            self.progress(self.runs, self.most)
+        self.progress(self.runs, self.most)
         return fly(scenario)
 
 

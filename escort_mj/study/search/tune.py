@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import json
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 
@@ -13,25 +12,23 @@ import numpy as np
 from escort_mj import stopping
 from escort_mj.errors import ScenarioError, UsageError
 from escort_mj.files import write_json, write_text
+from escort_mj.progress import Progress, unseen
 from escort_mj.recognize import BEST
 from escort_mj.study.engine.backends import Backend
 from escort_mj.study.engine.store import Row
 from escort_mj.study.engine.work import Job
-from escort_mj.study.search.asking import Asker
-from escort_mj.study.search.evaluate import Evaluator, base_of, mean_of
+from escort_mj.study.search.asking import Asker, Told
+from escort_mj.study.search.evaluate import Evaluator, Point, base_of, mean_of
 from escort_mj.study.search.robustness import robustness
 from escort_mj.study.search.tuned import Gain, Tuned, TunedPoint, trials_csv
 from escort_mj.study.sweeps.design import Design
 from escort_mj.study.sweeps.searches import MetricBound, Tune
 from escort_mj.study.sweeps.statistics import Array, bootstrap, pareto
 
-Progress = Callable[[float, float], None]
 TRIALS, SUMMARY = "trials.csv", "tune.json"
 
 
-def tune_design(
-    design: Design, out: Path, backend: Backend[Job, Row], progress: Progress | None = None
-) -> Tuned:
+def tune_design(design: Design, out: Path, backend: Backend[Job, Row], progress: Progress = unseen) -> Tuned:
     """Tunes what a study says, and writes the best as a scenario that runs.
 
     Args:
@@ -61,12 +58,7 @@ def tune_design(
         title = f"Tuned by escort-mj tune {design.study.study}: {_aim(search)}"
         evaluator.write(out / BEST, best, evaluator.scenario(best), title)
     told = {metric: gain._asdict() for metric, gain in gains.items()}
-    summary = asdict(found) | {
-        "best": best,
-        "trials": len(trials),
-        "gains": told,
-    }
-    write_json(out / SUMMARY, json.loads(json.dumps(summary)))
+    write_json(out / SUMMARY, asdict(found) | {"best": best, "trials": len(trials), "gains": told})
     return found
 
 
@@ -84,9 +76,7 @@ def _bound(bound: MetricBound) -> str:
     return f"{bound.key} {' and '.join(words)}"
 
 
-def _tried(
-    evaluator: Evaluator, search: Tune, progress: Progress | None
-) -> tuple[TunedPoint, list[TunedPoint]]:
+def _tried(evaluator: Evaluator, search: Tune, progress: Progress) -> tuple[TunedPoint, list[TunedPoint]]:
     """Tries as many points as wanted, the scenario's own values first."""
     own_rows = evaluator([{}])[0]
     own = _trial(evaluator, search, {}, own_rows, own_rows or [])
@@ -98,16 +88,13 @@ def _tried(
     ):
         asker.suggest({key: value for key, value in base.items() if value is not None})
     trials: list[TunedPoint] = []
-    while len(trials) < search.trials:
-        points = asker.ask(min(search.batch, search.trials - len(trials)))
-        some = [
-            _trial(evaluator, search, point, rows, own_rows or [])
-            for point, rows in zip(points, evaluator(points), strict=True)
-        ]
-        asker.tell([trial.values for trial in some], [trial.violations for trial in some])
-        trials += some
-        if progress is not None:
-            progress(len(trials), search.trials)
+
+    def weigh(point: Point, rows: list[Row] | None) -> Told:
+        trials.append(trial := _trial(evaluator, search, point, rows, own_rows or []))
+        return Told(trial.values, trial.violations)
+
+    for _ in evaluator.follow(asker, lambda: min(search.batch, search.trials - len(trials)), weigh):
+        progress(len(trials), search.trials)
     return own, trials
 
 

@@ -451,11 +451,6 @@ def _own_quantities(design: Design) -> dict[str, Quantity]:
     return {name: quantity_of_metric(metric) for name, metric in own.items()} | windows
 
 
-def results_of(design: Design, rows: Mapping[str, Row]) -> Results:
-    """A design's results."""
-    return Results(facts_of(design), rows)
-
-
 def open_results(folder: Path) -> Results:
     """The results in a folder of a sweep.
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Callable, Collection, Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from contextlib import closing
 from pathlib import Path
 from typing import Literal, NamedTuple, TypeVar
@@ -13,6 +13,7 @@ from escort_mj import stopping
 from escort_mj.errors import UsageError
 from escort_mj.files import write_text
 from escort_mj.metrics import METRIC_NAMES
+from escort_mj.progress import Progress, unseen
 from escort_mj.record.outcome import FINAL, Outcome
 from escort_mj.record.tables import comma_separated, headed
 from escort_mj.study.engine.backends import Backend
@@ -20,7 +21,7 @@ from escort_mj.study.engine.parallel import Died
 from escort_mj.study.engine.store import FILE, Row, Store
 from escort_mj.study.engine.work import RUNS, Job, killed, perform
 from escort_mj.study.sweeps.definition import StudyFile, cells_of
-from escort_mj.study.sweeps.design import Design, Planned, word
+from escort_mj.study.sweeps.design import Cell, Design, Planned, word
 from escort_mj.study.sweeps.results import Results, facts_of
 
 CONFIRMING = "--yes (in Python confirmed=True) makes them"
@@ -28,7 +29,6 @@ TABLE = "runs.csv"
 CLAIMED_AT_ONCE = 16  # runs
 BEAT = 30.0  # s between two signs of life
 POLL = 0.5  # s between two looks at what others do
-Progress = Callable[[float, float], None]
 Again = Literal["none", "broken_off", "all"]
 
 
@@ -59,7 +59,7 @@ def sweep_design(
     backend: Backend[Job, Row],
     workers: int,
     confirmed: bool = False,
-    progress: Progress | None = None,
+    progress: Progress = unseen,
     again: Again = "none",
     only: Collection[int] | None = None,
 ) -> Swept:
@@ -104,9 +104,8 @@ def sweep_design(
         if missing and not confirmed:
             made = _weigh(design, missing, store, out, workers)
             missing = _missing(planned, store)
-        if progress is not None:
-            progress(len(planned) - len(missing), len(planned))
-        jobs = [_job(design, run, out) for run in missing]
+        progress(len(planned) - len(missing), len(planned))
+        jobs = [job_of(design, run, out) for run in missing]
         made += make(jobs, store, backend, len(planned), progress)
         rows = store.get(run.key for run in asked)
     write_csv(Results(facts, rows), out)
@@ -167,8 +166,9 @@ def _weigh(design: Design, missing: Sequence[Planned], store: Store, out: Path, 
     pilot = missing[len(missing) // 2]
     if not store.claim([pilot.key]):
         return 0
-    perform(_job(design, pilot, out))  # compiles what must be compiled, or reads it from the cache
-    row = perform(_job(design, pilot, out))
+    job = job_of(design, pilot, out)
+    perform(job)  # compiles what must be compiled, or reads it from the cache
+    row = perform(job)
     store.put(row)
     hours = row.wall_time * len(missing) / workers / 3600.0
     if hours > most.hours:
@@ -185,7 +185,7 @@ def make(
     store: Store,
     backend: Backend[Job, Row],
     total: int,
-    progress: Progress | None,
+    progress: Progress = unseen,
 ) -> int:
     """Make the runs that no other process makes, then wait for the others and make what they leave.
 
@@ -207,8 +207,7 @@ def make(
                 stopping.raise_if_interrupted()
                 store.put(killed(job, row) if isinstance(row, Died) else row)
                 made, done = made + 1, done + 1
-                if progress is not None:
-                    progress(done, total)
+                progress(done, total)
                 if time.monotonic() - beaten > BEAT:
                     store.beat()
                     beaten = time.monotonic()
@@ -216,8 +215,7 @@ def make(
         if missing and store.claimed_by_others():
             time.sleep(POLL)
             done = total - len(missing)
-            if progress is not None:
-                progress(done, total)
+            progress(done, total)
     return made
 
 
@@ -229,16 +227,25 @@ def _claimed(missing: Sequence[Job], store: Store) -> Iterator[Job]:
         yield from (job for job in some if job.key in mine)
 
 
-def _job(design: Design, run: Planned, out: Path) -> Job:
-    keep, template = design.study.traces, design.template_of(design.cells[run.cell])
+def job_of(design: Design, run: Planned, out: Path | None = None, cell: Cell | None = None) -> Job:
+    """What it takes to make a run.
+
+    Args:
+        design: The study's.
+        run: Which.
+        out: Folder of the results, which may keep it; None keeps nothing.
+        cell: Its cell, where that is none of the study's own.
+    """
+    keep, cell = design.study.traces, cell or design.cells[run.cell]
+    template = design.template_of(cell)
     return Job(
         run.key,
         run.seed,
-        design.cells[run.cell].settings,
+        cell.settings,
         template.text,
         os.path.abspath(template.source),  # whatever folder a worker is in
         out,
-        None if keep == "none" else f"{RUNS}/{design.folder_of(run)}",
+        None if out is None or keep == "none" else f"{RUNS}/{design.folder_of(run)}",
         keep == "failed",
         design.measured(),
     )
