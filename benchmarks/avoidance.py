@@ -5,7 +5,7 @@ Whole missions with and without noise, straight approaches at several speeds, an
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -141,7 +141,7 @@ def worlds_that_block() -> Iterator[list[str]]:
     for name, world in BLOCKED.items():
         cells = [name]
         for outer in ("nsb", "barrier_filter", {"loop": "set_based", "patience": 1.0}):
-            runs: Sequence[Any] = escort_mj.run_many([blocked(world, seed, outer) for seed in SEEDS])
+            runs = list(escort_mj.run_many([blocked(world, seed, outer) for seed in SEEDS]))
             times = [value(run, "arrival_time") for run in runs]
             touched = sum(value(run, "contacts") > 0 for run in runs)
             there = [time for time in times if time == time and time < 90.0]
