@@ -52,39 +52,30 @@ BLOCKED: dict[str, Blocked] = {
 }
 
 
-def value(run: Any, metric: str) -> float:
-    """A metric of a run; NaN where it has none."""
-    found = run.metrics[metric].get("value")
-    return float("nan") if found is None else float(found)
-
-
 def activity(run: Any) -> tuple[float, float]:
     """Mean |v_d - v| while robots avoid [m/s], and the total variation of their forces per second [N/s]."""
     trace = run.trace
     slip = np.linalg.norm(trace["v_d"].values - trace["v"].values, axis=-1)
     active = trace["avoidance_active"].values > 0
-    total, time = trace["force_variation"].values, trace["time"].values
-    first, last = np.searchsorted(time, [2.0, 0.8 * time[-1]])
-    return (
-        float(slip[active].mean()) if active.any() else 0.0,
-        float(((total[last] - total[first]) / (time[last] - time[first])).mean()),
-    )
+    variation = run.summary("chattering", after=2.0, before=0.8 * trace["time"].values[-1])
+    return float(slip[active].mean()) if active.any() else 0.0, float(variation.iloc[-1])
 
 
 def missions() -> Iterator[list[str]]:
     """Each mission in each way, without and with its noise."""
     for name in MISSIONS:
         base = escort_mj.load_scenario(name).replace({"expect": []})
-        noisy = base.sensing.position.noise > 0.0 or base.sensing.velocity.noise > 0.0
+        sensors = (base.sensing.position, base.sensing.velocity)
+        noisy = any(getattr(sensor, "noise", 0.0) > 0.0 for sensor in sensors)
         for noise in (False, True) if noisy else (False,):
             for way, outer in WAYS.items():
                 run = escort_mj.run(base.replace({"mission.outer": outer, **({} if noise else QUIET)}))
-                slip, variation = activity(run)
+                (slip, variation), settled = activity(run), run.values["settling_time"]
                 yield [
                     name, "yes" if noise else "no", way,
-                    f"{value(run, 'obstacle_clearance_min'):.3f}", f"{value(run, 'robot_clearance_min'):.3f}",
-                    f"{slip:.3f}", f"{variation:.1f}", f"{value(run, 'energy'):.0f}",
-                    f"{value(run, 'settling_time'):.1f}",
+                    f"{run.values['obstacle_clearance_min']:.3f}", f"{run.values['robot_clearance_min']:.3f}",
+                    f"{slip:.3f}", f"{variation:.1f}", f"{run.values['energy']:.0f}",
+                    "never" if settled == np.inf else f"{settled:.1f}",
                 ]  # fmt: skip
 
 
@@ -108,7 +99,7 @@ def approaches() -> Iterator[list[str]]:
     """How deep a robot gets into the safe distance [mm]."""
     for way, outer in WAYS.items():
         runs = [escort_mj.run(approach(speed, outer)) for speed in SPEEDS]
-        yield [way, *(f"{1e3 * max(0.3 - value(run, 'obstacle_clearance_min'), 0.0):.1f}" for run in runs)]
+        yield [way, *(f"{1e3 * max(0.3 - run.values['obstacle_clearance_min'], 0.0):.1f}" for run in runs)]
 
 
 def blocked(world: Blocked, seed: int, outer: Any) -> Any:
@@ -141,9 +132,9 @@ def worlds_that_block() -> Iterator[list[str]]:
     for name, world in BLOCKED.items():
         cells = [name]
         for outer in ("nsb", "barrier_filter", {"loop": "set_based", "patience": 1.0}):
-            runs = list(escort_mj.run_many([blocked(world, seed, outer) for seed in SEEDS]))
-            times = [value(run, "arrival_time") for run in runs]
-            touched = sum(value(run, "contacts") > 0 for run in runs)
+            runs = list(escort_mj.run_many(blocked(world, seed, outer) for seed in SEEDS))
+            times = [run.values["arrival_time"] for run in runs]
+            touched = sum(run.values["contacts"] > 0 for run in runs)
             there = [time for time in times if time == time and time < 90.0]
             when = f", {np.median(there):.0f} s, at most {max(there):.0f} s" if there else ""
             cells.append(f"{len(there)}{when}" + (f"; {touched} touched" if touched else ""))

@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import hashlib
 import itertools
-from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -74,7 +74,11 @@ def whole(scenario: str, overrides: list[str]) -> dict[str, Any]:
     bits = [[digest(run) for run in run_many(these, count, traces=True)] for count in (1, THREADS)]
     _same(*bits)
     before = resident()
-    times = alternate({f"{k}": _timed(lambda k=k: list(run_many(these, k))) for k in (1, THREADS)}, ROUNDS)
+
+    def fly(threads: int) -> float:
+        return seconds(lambda: list(run_many(these, threads)))
+
+    times = alternate({f"{k}": partial(fly, k) for k in (1, THREADS)}, ROUNDS)
     flown = 2 * ROUNDS * len(these)
     return _found(times, len(these)) | {"growth": f"{(resident() - before) / flown:.2f}"}
 
@@ -97,14 +101,17 @@ def stepping(scenario: str, overrides: list[str]) -> dict[str, dict[str, Any]]:
             left -= len(plant.samples(left))
             plant.ended()
 
-    def ours(k: int) -> None:
-        list(pools[k].map(sampled, plants[k]))
+    def ours(k: int) -> float:
+        return seconds(lambda: list(pools[k].map(sampled, plants[k])))
+
+    def theirs(k: int) -> float:
+        return seconds(lambda: batches[k].step(nstep=steps))
 
     for batch in batches.values():
         batch.set_models([world.model for world in worlds])
         batch.reset(stage=mujoco.mjtStage.mjSTAGE_NONE)
-    loops = {f"threads {k}": _timed(lambda k=k: ours(k)) for k in plants}
-    loops |= {f"batch {k}": _timed(lambda k=k: batches[k].step(nstep=steps)) for k in batches}
+    loops = {f"threads {k}": partial(ours, k) for k in plants}
+    loops |= {f"batch {k}": partial(theirs, k) for k in batches}
     with native_loop(*worlds):
         times = alternate(loops, ROUNDS)
         for plant in itertools.chain(*plants.values()):  # the first sample was that of the first step
@@ -117,10 +124,6 @@ def stepping(scenario: str, overrides: list[str]) -> dict[str, dict[str, Any]]:
         way: _found({f"{k}": times[f"{way} {k}"] for k in (1, THREADS)}, len(worlds))
         for way in ("threads", "batch")
     }
-
-
-def _timed(function: Callable[[], object]) -> Callable[[], float]:
-    return lambda: seconds(function)
 
 
 def _same(first: Any, *others: Any) -> None:

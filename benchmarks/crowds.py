@@ -8,6 +8,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -86,7 +87,7 @@ def squeezed(count: int) -> list[str]:
         with native_loop(plant.world):
             return effort(lambda: plant.step(steps)) / steps
 
-    times = alternate({name: lambda plant=plant: turn(plant) for name, plant in plants.items()}, ROUNDS)
+    times = alternate({name: partial(turn, plant) for name, plant in plants.items()}, ROUNDS)
     assert not any(plant.warnings() for plant in plants.values())
     used = plants["crowd"].data.maxuse_arena / 2**20
     return [

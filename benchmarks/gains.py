@@ -7,7 +7,7 @@ from typing import Any
 from benchmarks.document import measure_page, swept, table
 
 PAGE = "gains.md"
-ROBOTS = {
+ROBOTS: dict[str, tuple[str, dict[str, Any]]] = {
     "point mass": ("main", {}),
     "point mass, motor lag 0.05 s": ("main", {"robots.actuators.lag": 0.05}),
     "rolling sphere": ("main", {"robots.kind": "rolling_sphere"}),

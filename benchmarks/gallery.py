@@ -12,6 +12,7 @@ import argparse
 import subprocess
 import tempfile
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from PIL import Image
@@ -97,7 +98,7 @@ def picture(name: str) -> Path:
         escort_mj.run(name, folder, figures=False, video=False)
         run = read_run(folder)
         end = float(run.trace["time"][-1])
-        wanted = {"width": WIDTH, "height": HEIGHT, "rate": 1, "speed": end / FRAMES}
+        wanted: dict[str, Any] = {"width": WIDTH, "height": HEIGHT, "rate": 1, "speed": end / FRAMES}
         wanted |= {} if name in WHOLE else {"camera": "follow"}
         film = render_video(folder, scenario_video(run).model_copy(update=wanted))
         frame = round(MOMENTS.get(name, TELLING) * FRAMES)

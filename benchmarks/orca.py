@@ -105,6 +105,7 @@ def tables() -> dict[str, str]:
         except NotInstalled as reason:
             rows.append([name, f"ORCA: not installed ({reason})", "", "", "", ""])
     mine, starts = ours(space), np.array(space.robots.positions)
+    assert space.mission.max_speed is not None, "the mission bounds its robots' speed"
     straight = 2.0 * np.linalg.norm(starts - starts.mean(axis=0), axis=1)
     least = {
         "makespan": float(straight.max()) / space.mission.max_speed, "way": float(straight.mean()),

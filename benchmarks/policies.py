@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
 
 import numpy as np
 from cmaes import CMA
@@ -16,7 +18,6 @@ from escort_mj.measuring import measure_over
 from escort_mj.record.outcome import Outcome
 from escort_mj.record.window import Span
 from escort_mj.scenario import Scenario
-from escort_mj.study.engine.parallel import cores, side_by_side
 
 Array = NDArray[np.float64]
 Policy = Callable[[Array], Array]
@@ -95,14 +96,15 @@ def trained() -> Array:
     """Gains that CMA-ES finds on the training seeds."""
     search = CMA(mean=np.array(list(BY_HAND.values())), sigma=SPREAD, seed=1)
     best, found = -np.inf, np.array(list(BY_HAND.values()))
-    for generation in range(GENERATIONS):
-        asked = [search.ask() for _ in range(search.population_size)]
-        jobs = [(gains, seed) for gains in asked for seed in TRAINING]
-        rewards = np.array(side_by_side(score, jobs, cores())).reshape(len(asked), -1).mean(axis=1)
-        search.tell([(gains, -reward) for gains, reward in zip(asked, rewards, strict=True)])
-        if rewards.max() > best:
-            best, found = float(rewards.max()), asked[int(rewards.argmax())]
-        print(f"generation {generation + 1}: best reward so far {best:.4f}", flush=True)
+    with ProcessPoolExecutor(mp_context=get_context("forkserver")) as pool:
+        for generation in range(GENERATIONS):
+            asked = [search.ask() for _ in range(search.population_size)]
+            jobs = [(gains, seed) for gains in asked for seed in TRAINING]
+            rewards = np.array([*pool.map(score, jobs)]).reshape(len(asked), -1).mean(axis=1)
+            search.tell([(gains, -reward) for gains, reward in zip(asked, rewards, strict=True)])
+            if rewards.max() > best:
+                best, found = float(rewards.max()), asked[int(rewards.argmax())]
+            print(f"generation {generation + 1}: best reward so far {best:.4f}", flush=True)
     return found
 
 

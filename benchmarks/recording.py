@@ -7,6 +7,8 @@ in a run, Python takes hundreds at once; written, each block also goes into a jo
 from __future__ import annotations
 
 import tempfile
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -62,11 +64,12 @@ def compare(scenario: str, overrides: list[str], rounds: int = 31) -> dict[str, 
             sampled()
             journal.append(samples, NONE, plant.under_way())
 
+        def per_step(loop: Callable[[], object]) -> float:
+            return effort(loop) / steps
+
         plant.step(WARM_UP)
         loops = {loop.__name__: loop for loop in (alone, sampled, written)}
-        times = alternate(
-            {name: lambda loop=loop: effort(loop) / steps for name, loop in loops.items()}, rounds
-        )
+        times = alternate({name: partial(per_step, loop) for name, loop in loops.items()}, rounds)
         journal.close()
     every = "step" if world.schedule.stride == 1 else f"{world.schedule.stride} steps"
     return medians(times, "alone") | {"numbers": f"{len(samples[0])} every {every}"}

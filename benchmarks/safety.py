@@ -6,7 +6,9 @@ import os
 import sys
 from collections import Counter
 from collections.abc import Iterator
+from concurrent.futures import ProcessPoolExecutor
 from functools import cache
+from multiprocessing import get_context
 from typing import Any, NamedTuple
 
 from benchmarks.document import parser_for, publish, table
@@ -14,7 +16,6 @@ from escort_mj.api import scenarios_folder
 from escort_mj.errors import Fault
 from escort_mj.metrics.causes import CAUSES, UNEXPLAINED, Touch, causes_of
 from escort_mj.mission import fly
-from escort_mj.study.engine.parallel import side_by_side
 from escort_mj.study.sweeps.definition import load_study
 from escort_mj.study.sweeps.design import Design, Planned
 
@@ -83,7 +84,9 @@ def main(arguments: Any = None) -> None:
     if not 0 < asked.missions <= every:
         parser.error(f"--missions is {asked.missions}: it takes 1 to {every}")
     picked = [k * every // asked.missions for k in range(asked.missions)]
-    flown = list(side_by_side(attempt, picked, int(os.environ.get("SAFETY_WORKERS", "1"))))
+    workers = int(os.environ.get("SAFETY_WORKERS", "1"))
+    with ProcessPoolExecutor(workers, get_context("forkserver")) as pool:
+        flown = list(pool.map(attempt, picked))
     head = ["missions of", "flown", "completed", "with touches", "touches", *CAUSES, UNEXPLAINED]
     publish(PAGE, {"safety": table(head, rows(flown))}, asked.docs)
 

@@ -9,9 +9,8 @@ import signal
 import tempfile
 import threading
 from collections import deque
-from collections.abc import Callable, Generator, Iterable, Sequence
+from collections.abc import Callable, Generator, Iterable
 from contextlib import suppress
-from functools import partial
 from itertools import islice
 from multiprocessing import forkserver, resource_tracker
 from multiprocessing.connection import Connection
@@ -286,35 +285,3 @@ class Workers:
             if len(worker.jobs) > 1 or (worker.jobs and len(waiting) <= self._count):
                 return
             worker.give(function, *waiting.popleft())
-
-
-def side_by_side(function: Callable[[Item], Result], items: Sequence[Item], workers: int) -> list[Result]:
-    """Call a function for every item, and return the results in the order of the items.
-
-    Processes, not threads: a run takes samples in Python between its native stretches, and on two cores two
-    threads need longer than one after the other.
-
-    Args:
-        function: Of the top level of a module, since it goes to other processes; so do items and results.
-        items: What to call it with.
-        workers: Processes; 1 stays in this one.
-
-    Raises:
-        EscortError: If a process was killed time and again; whatever the function itself raises.
-    """
-    if workers == 1:
-        return [function(item) for item in items]
-    found: dict[int, Result] = {}
-    jobs = list(enumerate(items))
-    with Workers(min(workers, len(items))) as pool:
-        for (number, _), result in pool.compute(partial(_second, function), jobs):
-            if isinstance(result, Died):
-                raise EscortError(
-                    f"processes that compute were killed {TRIES} times ({result}; out of memory?)"
-                )
-            found[number] = result
-    return [found[number] for number in range(len(items))]
-
-
-def _second(function: Callable[[Item], Result], job: tuple[int, Item]) -> Result:
-    return function(job[1])

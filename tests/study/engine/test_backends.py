@@ -153,7 +153,7 @@ def test_a_script_that_its_workers_cannot_import_is_told_so(tmp_path: Path, scri
 
 
 @pytest.mark.parametrize(
-    "begun", [pytest.param("", marks=pytest.mark.slow), "parallel.side_by_side(str, [1, 2], 2)"]
+    "begun", [pytest.param("", marks=pytest.mark.slow), "list(parallel.Workers(2).compute(str, [1, 2]))"]
 )
 def test_an_interrupt_does_not_wait_until_workers_can_be_forked(begun: str, tmp_path: Path) -> None:
     (tmp_path / "slow_to_import.py").write_text("import time\ntime.sleep(60.0)\n")
