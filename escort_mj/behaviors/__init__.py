@@ -6,6 +6,7 @@ from escort_mj.behaviors.chords import Chords
 from escort_mj.behaviors.formation import Formation
 from escort_mj.behaviors.goal import Goal, Headed
 from escort_mj.behaviors.intercept import Intercept
+from escort_mj.behaviors.learned import LearnedBehavior
 from escort_mj.behaviors.repulsion import Repulsion
 from escort_mj.behaviors.surface import Surface
 from escort_mj.behaviors.vertices import Vertices
@@ -22,6 +23,7 @@ __all__ = [
     "Goal",
     "Headed",
     "Intercept",
+    "LearnedBehavior",
     "Repulsion",
     "Surface",
     "Vertices",

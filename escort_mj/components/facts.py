@@ -17,6 +17,7 @@ class Facts(NamedTuple):
             `communication`; empty where all know all.
         heard: Whether robots send each other messages.
         failures: Whether some robots fail.
+        opponents: Whether there are opponents.
         lidar: Whether robots see obstacles by a lidar.
         max_speed: Limit of their speed [m/s]; None without one.
         force_limits: Limit of the force of each per axis [N]; None without one.
@@ -30,6 +31,7 @@ class Facts(NamedTuple):
     known_by: str
     heard: bool
     failures: bool
+    opponents: bool
     lidar: bool
     max_speed: float | None
     force_limits: tuple[float | None, ...]

@@ -6,6 +6,7 @@ from typing import Annotated, Any
 
 from escort_mj.components.component import block_at, number_of
 from escort_mj.components.movers import COMES, COMMANDED, NO_POLICY
+from escort_mj.components.network import networks_of
 from escort_mj.components.setup import MissionSetup
 from escort_mj.control.custom.calls import custom_policy
 from escort_mj.control.members import asker
@@ -15,7 +16,6 @@ from escort_mj.native.kernels import stack_memory, vector_at
 from escort_mj.native.on_demand import on_demand_unrolled
 from escort_mj.plan import Plan, State
 from escort_mj.policies import POLICIES
-from escort_mj.policies.learned import packed_networks
 from escort_mj.policies.policy import ACTS, RESTS
 
 
@@ -26,7 +26,7 @@ class PolicyParameters(Fields):
     mover_policy: Annotated[Array, "movers", Value("1", "place in POLICIES; -1 for none, -2 outside")]
     mover_place: Annotated[Array, "movers", Value("1", "where its block in `parameters` begins")]
     mover_speed: Annotated[Array, "movers", Value("m/s", "of its policy; 0 without one")]
-    networks: Annotated[Array, "networks", Value("1", "of learned policies, see `packed_networks`")]
+    networks: Annotated[Array, "networks", Value("1", "of learned policies and behaviors, see `networks_of`")]
 
     @classmethod
     def packed(cls, setup: MissionSetup) -> dict[str, Any]:
@@ -42,7 +42,7 @@ class PolicyParameters(Fields):
             "mover_policy": kinds,
             "mover_place": [mover.policy or 0 for mover in setup.movers],
             "mover_speed": [0.0 if mover.policy is None else mover.policy.speed for mover in setup.movers],
-            "networks": packed_networks(mover.policy for mover in setup.movers)[0],
+            "networks": networks_of(setup)[0],
             "willed": any(kind != NO_POLICY for kind in kinds),
         }
 

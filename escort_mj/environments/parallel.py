@@ -135,7 +135,14 @@ class EscortParallelEnv(ParallelEnv[str, Seen, NDArray[np.float32]], EzPickle):
         outcome = simulation.outcome
         broken = outcome not in (Outcome.RUNNING, Outcome.COMPLETED)
         rewards, over = earned[:robots], np.full(robots, broken)
-        infos: list[dict[str, Any]] = [{"touching": bool(touch)} for touch in simulation.touching[:robots]]
+        terms = simulation.reward_terms
+        infos: list[dict[str, Any]] = [
+            {
+                "touching": bool(simulation.touching[i]),
+                "reward_terms": {name: float(term[i]) for name, term in terms.items()},
+            }
+            for i in range(robots)
+        ]
         if rivals := simulation.rivals:
             rewards, over = np.append(rewards, rivals.rewards), np.append(over, rivals.over | broken)
             infos += [{"comes": bool(comes)} for comes in rivals.comes]

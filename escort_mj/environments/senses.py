@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 
 from escort_mj.control.setup import Setup
 from escort_mj.errors import UsageError
-from escort_mj.memory.perception import SETTINGS, TEAMMATES, perception_of
+from escort_mj.knowledge.observation import TEAMMATES, observed_speed, vectors_observed
+from escort_mj.memory.perception import SETTINGS, WEIGHTS, perception_of
 from escort_mj.numerics.thomson import even_points, nearest_edges
 from escort_mj.scenario.arguments import Bound, number
 from escort_mj.signals import columns
@@ -24,7 +25,6 @@ Array = NDArray[np.float64]
 Seen = NDArray[np.float32]
 Command = Literal["velocity", "force"]
 
-SPEED = 2.0  # largest commanded speed per axis where the mission has no limit [m/s]
 FASTEST = 100.0  # largest observed velocity, in largest commanded speeds
 SUSPICIOUS = 0.999  # of the distance to the target at which a mission ends
 
@@ -80,6 +80,7 @@ class Senses:
         commanded: The last commands, shape (N, n, p), from -1 to 1.
         observed: What each robot observed last, shape (N, n, width); see `Simulation.observe`.
         rewards: Of each robot for the last command, shape (N, n).
+        terms: What these are sums of, in the order of the fields of `Reward`, shape (N, n, 7).
         clearance: Least distance of each robot to anything since the last command, shape (N, n) [m].
         sound: 0 where something in a mission's state may be wrong, shape (N, 1).
     """
@@ -101,10 +102,10 @@ class Senses:
         self.robots, self.axes = world.sizes["robot"], world.sizes["axis"]
         self._mates = min(self.robots - 1, TEAMMATES)
         self._opposed = bool(world.setup.opponents)
-        self.width = (4 + self._mates + 2 * self._opposed) * self.axes
+        self.width = vectors_observed(self.robots, int(self._opposed)) * self.axes
         radii = [radius for team in world.setup.teams for radius in world.setup.radii_of(team)]
         self._least_radius = min(radii or [world.setup.radius])
-        self._speed = world.setup.max_speed if np.isfinite(world.setup.max_speed) else SPEED
+        self._speed = observed_speed(world.setup.max_speed)
         n, sizes = self.robots, self._sizes
         avoids = [b.avoidance(world.setup) for b in world.setup.behaviors]
         safe = [each.safe_distance for each in avoids if each is not None]
@@ -117,10 +118,11 @@ class Senses:
         self._spacing = reward.spacing
         self.scale = np.full((count, n, 1), self._speed)
         self.commanded: Array = np.zeros((count, n, self.axes))
-        found = np.zeros((count, 2 + n * (3 + self.width)))
-        ends = [1, 2, 2 + n, 2 + 2 * n, 2 + 3 * n]
-        self.sound, _, self.rewards, _, self.clearance, observed = np.split(found, ends, axis=1)
+        found = np.zeros((count, 2 + n * (3 + len(WEIGHTS) + self.width)))
+        ends = [1, 2, 2 + n, 2 + 2 * n, 2 + 3 * n, 2 + (3 + len(WEIGHTS)) * n]
+        self.sound, _, self.rewards, _, self.clearance, terms, observed = np.split(found, ends, axis=1)
         self._found = found
+        self.terms = terms.reshape(count, n, len(WEIGHTS))
         self.observed = observed.reshape(count, n, self.width)
         self._perceive = perception_of(self.axes)
         arrays = self._settings, self.commanded, found
@@ -174,6 +176,10 @@ class Senses:
             every = every.reshape(len(samples), self.robots, -1)
             self.clearance[mission] = every.min(axis=(0, 2), initial=np.inf)
         self._perceive(*self._given[mission])
+
+    def reward_terms(self) -> dict[str, Array]:
+        """Return copies of what rewards are sums of, by the fields of `Reward`, each of shape (N, n)."""
+        return dict(zip(WEIGHTS, self.terms.transpose(2, 0, 1).copy(), strict=True))
 
     def kept(self, mission: int) -> tuple[Array, Array]:
         """Return copies of what is known of a mission since its last command, for `put`."""

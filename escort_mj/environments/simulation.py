@@ -213,6 +213,11 @@ class Simulation:
         """Which robots have touched anything since the last command, shape (n,)."""
         return self.fleet.touching[0].copy()
 
+    @property
+    def reward_terms(self) -> dict[str, Array]:
+        """What the last rewards are sums of, by the fields of `Reward`, each of shape (n,)."""
+        return {name: term[0] for name, term in self.fleet.senses.reward_terms().items()}
+
     def observe(self) -> Array:
         """What each robot knows, by its sensors, shape (n, width).
 

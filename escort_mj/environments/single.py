@@ -102,7 +102,7 @@ class EscortEnv(gymnasium.Env[Seen, NDArray[np.float32]], EzPickle):
         simulation, rivals = self.simulation, self.simulation.rivals
         rewards = simulation.step(None, action) if rivals else simulation.step(action)
         broken = simulation.outcome not in (Outcome.RUNNING, Outcome.COMPLETED)
-        info = {"touching": simulation.touching}
+        info: dict[str, Any] = {"touching": simulation.touching, "reward_terms": simulation.reward_terms}
         if rivals:
             rewards, info = rivals.rewards, {"comes": rivals.comes}
         return (
@@ -110,7 +110,7 @@ class EscortEnv(gymnasium.Env[Seen, NDArray[np.float32]], EzPickle):
             float(rewards.mean()),
             broken or bool(rivals and rivals.over.all()),
             simulation.outcome is Outcome.COMPLETED,
-            info | {"outcome": simulation.outcome.value},
+            info | {"rewards": rewards, "outcome": simulation.outcome.value},
         )
 
     def render(self) -> Picture | None:

@@ -90,6 +90,7 @@ class EscortVectorEnv(VectorEnv[Seen, NDArray[np.float32], NDArray[Any]], EzPick
         self.action_space = batch_space(self.single_action_space, num_envs)
         self._seeds = [Seeds(self.fleet.scenario.seed + k) for k in range(num_envs)]
         self._rest = np.zeros((num_envs, *team))
+        self._rewards = np.zeros((num_envs, self.fleet.members))
         self._begun = False
 
     def reset(
@@ -130,8 +131,9 @@ class EscortVectorEnv(VectorEnv[Seen, NDArray[np.float32], NDArray[Any]], EzPick
 
         Returns:
             Observations (N, n, width), rewards (N,), terminations (N,), truncations (N,), infos: `outcome`,
-            `touching` or, of opponents, `comes`, and in same-step mode `final_obs` and `final_info` of
-            missions that ended.
+            the `rewards` of each robot or opponent (N, n), whose mean is the reward, of robots `touching` and
+            `reward_terms` by name, each (N, n), of opponents `comes`, and in same-step mode `final_obs` and
+            `final_info` of missions that ended.
 
         Raises:
             UsageError: If missions were not reset, if shapes differ, or if a number is not finite; the
@@ -147,7 +149,8 @@ class EscortVectorEnv(VectorEnv[Seen, NDArray[np.float32], NDArray[Any]], EzPick
                 raise UsageError(f"missions {np.flatnonzero(fresh).tolist()} have ended: call reset")
             self._begin([int(k) for k in np.flatnonzero(fresh)], [None] * self.num_envs)
             given = np.where(fresh[:, None, None], 0.0, given)
-        rewards = self.fleet.advance(range(self.num_envs), given).mean(axis=1)
+        self._rewards = self.fleet.advance(range(self.num_envs), given).copy()
+        rewards = self._rewards.mean(axis=1)
         if again:
             rewards[fresh] = 0.0
         truncated, terminated = self.fleet.completed.copy(), self.fleet.broken | self.fleet.decided
@@ -189,11 +192,15 @@ class EscortVectorEnv(VectorEnv[Seen, NDArray[np.float32], NDArray[Any]], EzPick
             return {}
         outcomes = self.fleet.words.copy()
         outcomes[~those] = None
-        name, flags = "touching", self.fleet.touching
+        found: dict[str, Any] = {"outcome": outcomes, "rewards": self._rewards.copy()}
         if self.fleet.rivals:
-            name, flags = "comes", np.array([each.comes for each in self.fleet.rivals])
-        flags = flags & those[:, None]
-        return {name: flags, f"_{name}": those, "outcome": outcomes, "_outcome": those.copy()}
+            found["comes"] = np.array([each.comes for each in self.fleet.rivals])
+        else:
+            found |= {
+                "touching": self.fleet.touching.copy(),
+                "reward_terms": self.fleet.senses.reward_terms(),
+            }
+        return _batched(found, those)
 
     def _begin_again(self, observed: Seen, infos: dict[str, Any]) -> tuple[Seen, dict[str, Any]]:
         """Start missions that have just ended, and put how they ended into the infos."""
@@ -208,3 +215,15 @@ class EscortVectorEnv(VectorEnv[Seen, NDArray[np.float32], NDArray[Any]], EzPick
         self.fleet.advance(started, self._rest)
         extra = {"final_obs": final, "_final_obs": over, "final_info": ended, "_final_info": over.copy()}
         return self.fleet.observe(), going_on | extra
+
+
+def _batched(found: dict[str, Any], those: Flags) -> dict[str, Any]:
+    """Return what was found of all missions as Gymnasium batches it of some: zeros for others, and flags."""
+    batched: dict[str, Any] = {}
+    for name, value in found.items():
+        if isinstance(value, dict):
+            value = _batched(value, those)
+        elif value.dtype != object:
+            value[~those] = 0
+        batched |= {name: value, f"_{name}": those.copy()}
+    return batched

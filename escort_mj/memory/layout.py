@@ -14,6 +14,7 @@ from escort_mj import plan
 from escort_mj.behaviors.chords import ChordParameters, ChordState
 from escort_mj.behaviors.formation import FormationParameters, FormationState
 from escort_mj.behaviors.goal import GoalParameters, GoalState
+from escort_mj.behaviors.learned import LearnedParameters, LearnedState
 from escort_mj.behaviors.surface import RadiusParameters, RadiusState
 from escort_mj.behaviors.vertices import VertexParameters, VertexState
 from escort_mj.components.component import ComponentParameters
@@ -99,6 +100,7 @@ class Plan(
     VertexParameters,
     GoalParameters,
     FormationParameters,
+    LearnedParameters,
     RadiusParameters,
     FailureParameters,
     ReformingParameters,
@@ -140,6 +142,7 @@ class State(
     VertexState,
     GoalState,
     FormationState,
+    LearnedState,
     RadiusState,
     ReformingState,
     CustomState,
@@ -169,6 +172,7 @@ BY_ROBOT = (
         "known",
         "judged",
         "headed",
+        "learning",
         "informed",
         "turned",
         "guarding",

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from escort_mj.behaviors import LearnedBehavior
 from escort_mj.components.movers import kept_by
 from escort_mj.control.setup import Setup
 from escort_mj.sensing.sensors import readings_of
@@ -60,6 +61,7 @@ def signal_dimensions(setup: Setup, sampling: Sampling) -> dict[str, int]:
         "judged": n * (sampling.truth and setup.has_lyapunov),
         "driven": n * setup.driven,
         "headed": n * setup.headed,
+        "learning": n * bool(setup.numbered(LearnedBehavior)),
         "informed": n * setup.informed,
         "hearing": n * bool(slots),
         "slots": slots,

@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
-from itertools import chain, pairwise
+from collections.abc import Iterator
 from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from escort_mj.components.equations import Memory
 from escort_mj.components.facts import Facts, Misfit
-from escort_mj.components.parameters import Parameters
+from escort_mj.components.network import WIDEST, Network, ask_network, networks_of
 from escort_mj.native.fields import Array
 from escort_mj.native.kernels import inlined, stack_memory, vector_at
 from escort_mj.native.vectors import Vec, dot, norm, numbers_from, set_numbers
@@ -22,38 +21,10 @@ from escort_mj.policies.policy import Policy
 
 ROBOTS = 4  # that a body sees, the nearest ones
 LARGEST = 10.0  # size of a number that a network is given
-WIDEST, MOST_LAYERS = 64, 4
 EARLY = 1e-9  # s
 
-Numbers = Annotated[tuple[float, ...], Field(min_length=1, max_length=WIDEST)]
 
-
-class Layer(Parameters):
-    """One layer of a network: tanh(weights x + bias) of its input x; the last layer has no tanh."""
-
-    weights: Annotated[tuple[Numbers, ...], Field(min_length=1, max_length=WIDEST)]
-    """Weights, one row per output."""
-    bias: Numbers
-    """Biases, one per output."""
-
-    @model_validator(mode="after")
-    def _shaped(self) -> Layer:
-        rows = {len(row) for row in self.weights}
-        if len(rows) > 1 or len(self.bias) != len(self.weights):
-            raise ValueError(
-                f"found {len(self.weights)} rows of {sorted(rows)} weights and {len(self.bias)} biases; "
-                "expected rows of one length, and a bias for each"
-            )
-        return self
-
-
-def _or_file(schema: dict[str, Any]) -> None:
-    """Let editors accept the name of a file, which the reader replaces by its layers."""
-    listed = {key: schema.pop(key) for key in ("type", "items", "maxItems") if key in schema}
-    schema["anyOf"] = [listed, {"type": "string", "pattern": r"\.npz$"}]
-
-
-class Learned(Policy):
+class Learned(Network, Policy):
     """Move at a velocity that a network computes as a share of `speed`.
 
     The network's inputs are the vector to the target, the target's velocity, the body's own velocity, and,
@@ -66,34 +37,13 @@ class Learned(Policy):
     until: ClassVar[Memory] = Memory("s", "time of the next evaluation")
     share: ClassVar[Memory] = Memory("1", "velocity as a share of the speed", vector=True)
     policy: Literal["learned"] = "learned"
-    network: Annotated[tuple[Layer, ...], Field(max_length=MOST_LAYERS, json_schema_extra=_or_file)] = ()
-    """Layers, or the name of a .npz file in the scenario's folder; the file contains weights_1, bias_1,
-    weights_2 and so on."""
     interval: Annotated[float, Field(ge=0.0, le=1e3)] = 0.02
     """Time between evaluations of the network [s]."""
 
     def misfits(self, mission: Facts) -> Iterator[Misfit]:
         """Yield a network of other inputs and outputs, or none."""
-        if not self.network:
-            yield Misfit("found none; give the name of a .npz file with one", "network")
-            return
-        axes, needed = mission.axes, inputs(mission.axes)
-        given, answered = len(self.network[0].weights[0]), len(self.network[-1].weights)
-        if (given, answered) != (needed, axes):
-            words = (
-                f"found {given} inputs and {answered} outputs; expected {needed} and {axes} in {axes} axes"
-            )
-            yield Misfit(words, "network")
-
-    @model_validator(mode="after")
-    def _chained(self) -> Learned:
-        for number, (one, other) in enumerate(pairwise(self.network), 2):
-            if len(other.weights[0]) != len(one.weights):
-                raise ValueError(
-                    f"layer {number} of the network: found rows of {len(other.weights[0])} weights; expected "
-                    f"{len(one.weights)}, a weight for each number of the layer before"
-                )
-        return self
+        axes = mission.axes
+        yield from self.network_misfits(inputs(axes), axes, f"in {axes} axes")
 
     @classmethod
     def numbers(cls) -> dict[str, type]:
@@ -102,7 +52,7 @@ class Learned(Policy):
 
     def packed(self, setup: Any = None) -> dict[str, float]:
         """Return its parameters as numbers."""
-        places = packed_networks(mover.policy for mover in setup.movers)[1] if setup is not None else {}
+        places = networks_of(setup)[1] if setup is not None else {}
         return {"speed": self.speed, "interval": self.interval, "place": float(places.get(self, 0))}
 
     def until_next(self, r: Body) -> float:
@@ -131,22 +81,6 @@ def within_speed(share: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.asarray(share / np.maximum(np.linalg.norm(share, axis=-1, keepdims=True), 1.0))
 
 
-def packed_networks(policies: Iterable[Policy | None]) -> tuple[list[float], dict[Learned, int]]:
-    """Return the networks of policies as kernels read them, and where each begins.
-
-    A network is the number of its layers and, of each, its rows, its columns, its weights and its biases.
-    """
-    found: list[float] = []
-    places: dict[Learned, int] = {}
-    for policy in policies:
-        if isinstance(policy, Learned) and policy not in places:
-            places[policy] = len(found)
-            found.append(len(policy.network))
-            for layer in policy.network:
-                found += [len(layer.weights), len(layer.weights[0]), *chain(*layer.weights), *layer.bias]
-    return found, places
-
-
 @inlined
 def answered(place: int, speed: float, r: Body) -> Vec:
     """Return what a network answers to what a body perceives, layer by layer.
@@ -156,21 +90,9 @@ def answered(place: int, speed: float, r: Body) -> Vec:
         speed: That velocities are shares of [m/s].
         r: The body.
     """
-    networks = r.seen.networks
     values, answers = vector_at(stack_memory(), WIDEST), vector_at(stack_memory(), WIDEST)
     perceive(r, speed, values)
-    layers, at = int(networks[place]), place + 1
-    for number in range(layers):
-        rows, columns = int(networks[at]), int(networks[at + 1])
-        at += 2
-        for row in range(rows):
-            answer = networks[at + rows * columns + row]
-            for column in range(columns):
-                answer += networks[at + row * columns + column] * values[column]
-            answers[row] = math.tanh(answer) if number < layers - 1 else answer
-        at += rows * (columns + 1)
-        for row in range(rows):
-            values[row] = answers[row]
+    layers = ask_network(r.seen.networks, place, values, answers)
     found = numbers_from(r.seen, values, 0)
     return found if layers > 0 else 0.0 * found
 

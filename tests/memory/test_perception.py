@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 from escort_mj.api import load_scenario
 from escort_mj.environments import Simulation
 from escort_mj.environments.senses import Reward
-from escort_mj.memory.perception import BROKEN, TEAMMATES
+from escort_mj.knowledge.observation import TEAMMATES
+from escort_mj.memory.perception import BROKEN
 from escort_mj.signals import columns
 
 Array = NDArray[np.float64]

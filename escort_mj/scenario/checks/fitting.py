@@ -35,6 +35,7 @@ def facts_of(mission: Mission) -> Facts:
         known_by=next(tables, ""),
         heard=scenario.communication is not None,
         failures=bool(robots.failures),
+        opponents=bool(scenario.opponents),
         lidar=scenario.sensing.lidar is not None,
         max_speed=scenario.mission.max_speed,
         force_limits=tuple(limits.values()),

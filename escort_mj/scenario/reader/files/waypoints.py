@@ -33,7 +33,7 @@ def read_tables(data: dict[str, Any], roots: Roots) -> tuple[dict[str, Any], lis
     """
     found: list[Finding] = []
     places = [((*path, "waypoints"), table, _read) for path, table in _motions(data)]
-    places += [((*path, "network"), table, read_network) for path, table in _policies(data)]
+    places += [((*path, "network"), table, read_network) for path, table in _networked(data)]
     for path, table, read in places:
         name = table.get(str(path[-1]))
         if not isinstance(name, str):
@@ -47,17 +47,24 @@ def read_tables(data: dict[str, Any], roots: Roots) -> tuple[dict[str, Any], lis
     return data, found
 
 
-def _policies(data: dict[str, Any]) -> Iterator[tuple[Path, dict[str, Any]]]:
-    """Every policy of a target or an opponent, and its place."""
-    owners: list[tuple[Path, Any]] = [(("target",), data.get("target"))]
-    groups = data.get("opponents")
-    owners += [
-        (("opponents", k), group)
-        for k, group in enumerate(groups if isinstance(groups, list | tuple) else ())
-    ]
-    for path, owner in owners:
+def _networked(data: dict[str, Any]) -> Iterator[tuple[Path, dict[str, Any]]]:
+    """Every table that may have a network, a policy's or a behavior's, and its place."""
+    mission = data.get("mission")
+    stacks: list[tuple[Path, Any]] = [(("mission",), mission)]
+    stacks += [(("mission", *path), phase) for path, phase in _listed(mission, "supervisor")]
+    for path, owner in [(("target",), data.get("target")), *_listed(data, "opponents")]:
         if isinstance(owner, dict) and isinstance(owner.get("policy"), dict):
             yield (*path, "policy"), owner["policy"]
+    for path, stack in stacks:
+        for place, behavior in _listed(stack, "behaviors"):
+            if isinstance(behavior, dict):
+                yield (*path, *place), behavior
+
+
+def _listed(table: Any, key: str) -> list[tuple[Path, Any]]:
+    """Each entry of a list that a table has under a key, and its place in the table, if it is a list."""
+    entries = table.get(key) if isinstance(table, dict) else None
+    return [((key, k), entry) for k, entry in enumerate(entries if isinstance(entries, list | tuple) else ())]
 
 
 def _motions(data: dict[str, Any]) -> Iterator[tuple[Path, dict[str, Any]]]:
