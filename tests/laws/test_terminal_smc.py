@@ -1,19 +1,10 @@
 """The terminal sliding mode: its surface reaches zero in finite time, and it settles a mission."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
 from escort_mj import api
 from escort_mj.laws.terminal_smc import TerminalSmc
-from tests.control.twins import compare, mission
-
-
-@pytest.mark.parametrize("smoothing", ["tanh", "sign"])
-def test_kernel_and_numpy_agree(smoothing: str) -> None:
-    setup, q, v = mission(2, seed=22)
-    compare(replace(setup, law=TerminalSmc(smoothing=smoothing)), q, v)
 
 
 def test_on_its_surface_the_error_vanishes_in_finite_time() -> None:

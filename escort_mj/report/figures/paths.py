@@ -99,15 +99,21 @@ def _plan(axes: Axes, trace: Recorded, moments: list[int], formations: Formation
     for way, radius, clear, points in _obstacles(trace):
         _obstacle(axes, way, radius, clear, points[:, :2])
 
-    q, target = trace["q"].values, trace["target_position"].values
+    target = trace["target_position"].values
     rim: dict[str, Any] = {"fill": False, "color": ESCORT, "linewidth": 0.8, "linestyle": (0, (1, 2))}
     for moment in moments if escorts(trace) else ():
         for radius in rings(kept_radius(trace)[moment], lost(trace)[moment]):
             axes.add_patch(Circle(target[moment], radius, **rim, zorder=1.2))
+    _everyone(axes, trace, moments, formations)
+
+
+def _everyone(axes: Any, trace: Recorded, moments: list[int], formations: Formations) -> None:
+    """Ways of all that moves, with the formations at some samples, in the plane or in space."""
+    rows = _rows(trace.sizes["time"])
     _formations(axes, trace, moments, formations)
-    rows = _rows(len(q))
     if escorts(trace):
-        axes.plot(*target[rows].T, color=palette.TARGET, linewidth=1.4, zorder=3)
+        way = trace["target_position"].values[rows]
+        axes.plot(*way.T, color=palette.TARGET, linewidth=1.4, zorder=3)
     _goals(axes, trace)
     draw_opponents(axes, trace, rows)
     teams.draw_teams(axes, trace, rows, moments)
@@ -199,14 +205,7 @@ def space_view(figure: Figure, trace: Recorded) -> None:
     for moment in moments if escorts(trace) else ():
         for radius in rings(kept_radius(trace)[moment], lost(trace)[moment]):
             _globe(axes, target[moment], radius)
-    _formations(axes, trace, moments, links(trace))
-    if escorts(trace):
-        axes.plot(*target[rows].T, color=palette.TARGET, linewidth=1.4, zorder=3)
-    _goals(axes, trace)
-    draw_opponents(axes, trace, rows)
-    teams.draw_teams(axes, trace, rows, moments)
-    _ways(axes, trace, rows)
-    _ends(axes, trace)
+    _everyone(axes, trace, moments, links(trace))
     for artist in (*axes.lines, *axes.collections):
         artist.set_clip_on(False)  # a long mission may be wider than the square that 3-D axes reserve
         artist.set_in_layout(False)
