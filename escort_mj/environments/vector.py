@@ -219,11 +219,11 @@ class EscortVectorEnv(VectorEnv[Seen, NDArray[np.float32], NDArray[Any]], EzPick
 
 def _batched(found: dict[str, Any], those: Flags) -> dict[str, Any]:
     """Return what was found of all missions as Gymnasium batches it of some: zeros for others, and flags."""
-    batched: dict[str, Any] = {}
+    batched, whole = dict[str, Any](), those.all()
     for name, value in found.items():
         if isinstance(value, dict):
             value = _batched(value, those)
-        elif value.dtype != object:
+        elif not whole and value.dtype != object:
             value[~those] = 0
         batched |= {name: value, f"_{name}": those.copy()}
     return batched
