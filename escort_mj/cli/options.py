@@ -23,7 +23,6 @@ PACKAGE = Path(__file__).parents[1]
 
 # What commands are annotated with; KINDS says more of each.
 ScenarioName = str
-StudyName = str
 Source = str
 RunFolder = Path
 RunFolders = tuple[Path, ...]
@@ -55,7 +54,7 @@ KINDS: dict[str, tuple[Any, dict[str, Any]]] = {
     **{each.__name__: (each, {}) for each in (bool, int, float, str, Path)},
     **dict.fromkeys(REPEATED, (list[str], {})),
     **dict.fromkeys(("Scenario | Source", "ScenarioName"), (str, A_SCENARIO)),
-    **dict.fromkeys(("AnyStudy", "StudyName"), (str, A_STUDY)),
+    "AnyStudy": (str, A_STUDY),
     "str | os.PathLike[str]": (Path, {}),
     "str | float": (str, {}),
     "Either": (bool, {}),

@@ -69,8 +69,6 @@ class Words:
 Count = Annotated[int, Bound(1, most=MANY)]
 """How many there are of something: at least one."""
 SEEDS = "a whole number of at least 0"
-Seed = Annotated[int, Bound(0)]
-"""A seed."""
 Finite = Annotated[float, Bound()]
 """A finite number."""
 NotNegative = Annotated[float, Bound(0.0)]

@@ -14,6 +14,7 @@ from escort_mj.errors import Fault, visible
 from escort_mj.expect.verdicts import mark
 from escort_mj.record.outcome import Verdict
 from escort_mj.study.checked import BAD_INPUT, BROKEN, GOOD, VERDICT_FAILED, Checked, SeedCount, seed_counts
+from escort_mj.study.sweeps.statistics import counted
 
 STATUS = {GOOD: "pass", VERDICT_FAILED: "FAIL", BAD_INPUT: "BAD", BROKEN: "BROKE"}
 MOST_SEEDS = 12  # that are listed
@@ -45,8 +46,8 @@ def checked_table(results: Sequence[Checked]) -> Iterator[str]:
     number = {code: sum(result.code == code for result in results) for code in STATUS}
     names = {GOOD: "passed", VERDICT_FAILED: "failed", BAD_INPUT: "cannot run", BROKEN: "broke"}
     told = ", ".join(f"{number[code]} {names[code]}" for code in STATUS if number[code])
-    runs = f", {_counted(len(results), 'run')}" if len(results) > len(counts) else ""
-    yield f"{_counted(len(counts), 'scenario')}{runs}: {told}"
+    runs = f", {counted(len(results), 'run')}" if len(results) > len(counts) else ""
+    yield f"{counted(len(counts), 'scenario')}{runs}: {told}"
 
 
 def _of_seeds(count: SeedCount) -> Iterator[str]:
@@ -72,14 +73,10 @@ def _seeds(runs: Sequence[Checked]) -> str:
     return f"seed{'s' * (len(seeds) != 1)} {told}{more}"
 
 
-def _counted(number: int, what: str) -> str:
-    return f"{number} {what}{'s' * (number != 1)}"
-
-
 def _summary(result: Checked) -> str:
     """How many verdicts held."""
     if result.faults:
-        return f"{len(result.faults)} fault{'s' * (len(result.faults) > 1)}"
+        return counted(len(result.faults), "fault")
     if result.error:
         return "the program broke"
     known = sum(verdict.passed and bool(verdict.xfail) for verdict in result.verdicts)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 import os
 import sqlite3
 import time
@@ -15,7 +14,7 @@ from typing import Any, NamedTuple
 
 from pydantic import Json
 
-from escort_mj.errors import EscortError, Fault, UsageError, WriteError
+from escort_mj.errors import Fault, UsageError, WriteError
 from escort_mj.files import MACHINE, alive, checked, identify, make_folder, remove_left
 from escort_mj.metrics import METRIC_NAMES
 from escort_mj.recognize import RESULTS as FILE
@@ -283,11 +282,3 @@ def open_store(folder: Path) -> Store:
     if not os.path.isfile(folder / FILE):
         raise UsageError(f"{folder}: holds no results of a study ({FILE})")
     return Store(folder)
-
-
-def finite(value: float | None) -> float | None:
-    """A value that is a number; None for none and for never."""
-    return None if value is None or not math.isfinite(value) else value
-
-
-__all__ = ["FILE", "EscortError", "Row", "Store", "finite", "open_store"]

@@ -207,6 +207,3 @@ def _moves(one: Counterexample) -> list[str]:
         f"  {key} = {value:.6g} (without the search {number_text(one.base[key])})"
         for key, value in one.point.items()
     ]
-
-
-__all__ = ["Counterexample", "Falsified", "falsify_design", "falsification_lines"]

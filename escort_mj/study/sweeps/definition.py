@@ -391,17 +391,3 @@ def _parameter_findings(study: Study) -> Iterator[Finding]:
         if key in study.parameters and key not in used:
             words = f"changes nothing: no value of set or cases names this parameter, as {{{key}}}"
             yield Finding(path, words, at_key=True)
-
-
-__all__ = [
-    "SCENARIO",
-    "Limit",
-    "Range",
-    "Sample",
-    "Scenario",
-    "Steps",
-    "Study",
-    "StudyFile",
-    "is_study",
-    "load_study",
-]

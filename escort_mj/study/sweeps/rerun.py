@@ -23,6 +23,7 @@ from escort_mj.scenario import Scenario
 from escort_mj.scenario.reader.changes import changes_between
 from escort_mj.scenario.reader.document import read_document
 from escort_mj.scenario.reader.load import stored_scenario
+from escort_mj.study.sweeps.statistics import counted
 
 if TYPE_CHECKING:
     import xarray
@@ -186,7 +187,7 @@ def _interventions(stored: StoredRun) -> tuple[str, ...]:
         shown = "; ".join(told[:MOST_NOTES]) + f"; and {len(told) - MOST_NOTES} more" * (
             len(told) > MOST_NOTES
         )
-        count = f"{len(told)} intervention{'s' * (len(told) > 1)}"
+        count = counted(len(told), "intervention")
         said.append(f"not in the scenario  {count} from outside, which a rerun does not repeat: {shown}")
     if commanded := stored.trace.attrs.get("commanded"):
         said.append(f"not in the scenario  each robot's {commanded} was commanded from outside")

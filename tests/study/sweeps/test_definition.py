@@ -6,8 +6,9 @@ import pytest
 
 from escort_mj.api import scenarios_folder
 from escort_mj.errors import ScenarioError, UsageError
-from escort_mj.study.sweeps.definition import Steps, cells_of, load_study, values_of
+from escort_mj.study.sweeps.definition import cells_of, load_study, values_of
 from escort_mj.study.sweeps.design import Design
+from escort_mj.study.sweeps.ranges import Steps
 
 GOOD = """
 study: mass

@@ -7,7 +7,7 @@ elements: attaching models one by one takes time quadratic in their number.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from xml.etree.ElementTree import Element
 
 import mujoco
@@ -167,12 +167,3 @@ def asset_copy(element: Element, assets: str) -> Element:
     copy = Element(element.tag, found)
     copy.extend(asset_copy(child, assets) for child in element)
     return copy
-
-
-def names_in(elements: Iterable[Element]) -> set[str]:
-    """All names that elements, or what is inside of them, refer to or have."""
-    found = set()
-    for top in elements:
-        for element in top.iter():
-            found |= {value for key, value in element.items() if key in NAMED}
-    return found
