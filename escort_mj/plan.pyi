@@ -408,7 +408,7 @@ class State(Fields):
     rotation: Array  # (turned, p, p) [1]
     goal_at: Array  # (goals) [1]
     goal_velocity: Array  # (headed, p) [m/s]
-    formation_frame: Array  # (framed, 2) [m or 1]
+    formation_frame: Array  # (2, framed) [m or 1]
     learned_until: Array  # (learning) [s]
     learned_share: Array  # (learning, p) [1]
     learned_next: Array  # (learning, p) [1]

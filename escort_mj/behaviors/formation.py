@@ -17,7 +17,15 @@ from escort_mj.components.parameters import OfTime, Vector
 from escort_mj.components.setup import MissionSetup
 from escort_mj.components.waypoint import Waypoint
 from escort_mj.native.fields import Array, Fields, Value
-from escort_mj.native.on_demand import on_demand
+from escort_mj.native.on_demand import on_demand, on_demand_unrolled
+from escort_mj.native.vectors import (
+    numbers_at,
+    numbers_from,
+    quarter_turn,
+    set_numbers,
+    set_numbers_at,
+    where,
+)
 from escort_mj.numerics.program import evaluate_program
 from escort_mj.plan import Plan, State
 
@@ -52,7 +60,7 @@ class FormationParameters(Fields):
 class FormationState(Fields):
     """Where the frames are, and how fast they move."""
 
-    formation_frame: Annotated[Array, "framed", 2, Value("m or 1", "position, cosine, sine, scale; rates")]
+    formation_frame: Annotated[Array, 2, "framed", Value("m or 1", "position, cosine, sine, scale; rates")]
 
 
 class Formation(Headed):
@@ -102,7 +110,7 @@ class Formation(Headed):
         return self.position is None and self.waypoints is None
 
 
-@on_demand
+@on_demand_unrolled
 def place_formations(plan: Plan, state: State) -> None:
     """Writes where each robot of a formation is to be, and how fast that moves: `goal`, `goal_velocity`.
 
@@ -110,45 +118,43 @@ def place_formations(plan: Plan, state: State) -> None:
         plan: Gives the frames.
         state: Gives time, phases and the measured target.
     """
-    n, p = state.q.shape
+    (n, p), values, rates = state.q.shape, state.formation_frame[0], state.formation_frame[1]
     for b in range(plan.formation_phase.shape[0]):
         row = b * (p + TURNED)
-        frame = state.formation_frame
         _find_frame(b, row, plan, state)
-        cosine, sine, scale = frame[row + p, 0], frame[row + p + 1, 0], frame[row + p + 2, 0]
-        turning, rising, growing = frame[row + p, 1], frame[row + p + 1, 1], frame[row + p + 2, 1]
+        place, velocity, turn = numbers_from(state, values, row), numbers_from(state, rates, row), row + p
+        cosine, sine, scale = values[turn], values[turn + 1], values[turn + 2]
+        turning, rising, growing = rates[turn], rates[turn + 1], rates[turn + 2]
         first = b == 0 and state.evaluated[0] == 0.0 and plan.goal_phase.shape[0] == 0
         for i in range(n):
             if state.phase[i] != plan.formation_phase[b] and not first:  # first: where it goes once it may
                 continue
-            x, y = plan.formation_offsets[b * n + i, 0], plan.formation_offsets[b * n + i, 1]
-            across, up = cosine * x - sine * y, sine * x + cosine * y
-            state.goal[i, 0] = frame[row, 0] + scale * across
-            state.goal[i, 1] = frame[row + 1, 0] + scale * up
-            state.goal_velocity[i, 0] = frame[row, 1] + growing * across + scale * (turning * x - rising * y)
-            state.goal_velocity[i, 1] = frame[row + 1, 1] + growing * up + scale * (rising * x + turning * y)
-            for k in range(2, p):
-                along = plan.formation_offsets[b * n + i, k]
-                state.goal[i, k] = frame[row + k, 0] + scale * along
-                state.goal_velocity[i, k] = frame[row + k, 1] + growing * along
+            offset = numbers_at(state, plan.formation_offsets, b * n + i)
+            side = quarter_turn(offset)
+            level = -quarter_turn(side)  # its part that turns
+            turned = offset - level + cosine * level + sine * side
+            set_numbers_at(state.goal, i, place + scale * turned)
+            motion = velocity + growing * turned + scale * (turning * level + rising * side)
+            set_numbers_at(state.goal_velocity, i, motion)
             state.goals_left[i] = 0.0
 
 
 @on_demand
 def _find_frame(b: int, row: int, plan: Plan, state: State) -> None:
     """Writes position, cosine, sine and scale of a frame, and their rates."""
-    p, time, frame = state.q.shape[1], state.time[0], state.formation_frame
-    along, old_cosine, old_sine = plan.formation_along[b] != 0.0, frame[row + p, 0], frame[row + p + 1, 0]
+    p, time = state.q.shape[1], state.time[0]
+    values, rates = state.formation_frame[0], state.formation_frame[1]
+    along, old_cosine, old_sine = plan.formation_along[b] != 0.0, values[row + p], values[row + p + 1]
     for k in range(p + TURNED):
         first, count = int(plan.formation_frames[row + k, 0]), int(plan.formation_frames[row + k, 1])
-        value, rate = evaluate_program(plan.code, first, count, plan.segments, time, state.operands)
-        frame[row + k, 0], frame[row + k, 1] = value, rate
-    x, y, later_x, later_y = frame[row, 1], frame[row + 1, 1], 0.0, 0.0
+        values[row + k], rates[row + k] = evaluate_program(
+            plan.code, first, count, plan.segments, time, state.operands
+        )
+    x, y, later_x, later_y = rates[row], rates[row + 1], 0.0, 0.0
     if plan.formation_follows[b] != 0.0:
-        moving = 1.0 if plan.target_feedforward else 0.0
-        for k in range(p):
-            frame[row + k, 0] = state.target_position_measured[k]
-            frame[row + k, 1] = moving * state.target_velocity_measured[k]
+        velocity = numbers_from(state, state.target_velocity_measured, 0)
+        set_numbers(values, row, numbers_from(state, state.target_position_measured, 0))
+        set_numbers(rates, row, where(plan.target_feedforward, velocity, 0.0))
         x, y = state.target_velocity_measured[0], state.target_velocity_measured[1]
     elif along:
         for k in range(2):
@@ -160,11 +166,11 @@ def _find_frame(b: int, row: int, plan: Plan, state: State) -> None:
     if not along:
         return
     speed, later = math.sqrt(x * x + y * y), math.sqrt(later_x * later_x + later_y * later_y)
-    frame[row + p, 1] = frame[row + p + 1, 1] = 0.0
+    rates[row + p] = rates[row + p + 1] = 0.0
     if speed > SLOWEST:
-        frame[row + p, 0], frame[row + p + 1, 0] = x / speed, y / speed
+        values[row + p], values[row + p + 1] = x / speed, y / speed
         if later > SLOWEST:
-            frame[row + p, 1] = (later_x / later - x / speed) / plan.timestep
-            frame[row + p + 1, 1] = (later_y / later - y / speed) / plan.timestep
+            rates[row + p] = (later_x / later - x / speed) / plan.timestep
+            rates[row + p + 1] = (later_y / later - y / speed) / plan.timestep
     elif old_cosine != 0.0 or old_sine != 0.0:
-        frame[row + p, 0], frame[row + p + 1, 0] = old_cosine, old_sine
+        values[row + p], values[row + p + 1] = old_cosine, old_sine

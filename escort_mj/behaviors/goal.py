@@ -15,9 +15,9 @@ from escort_mj.components.random_placement import RandomPlacement
 from escort_mj.components.setup import MissionSetup
 from escort_mj.native.fields import Array, Fields, Value
 from escort_mj.native.kernels import inlined
-from escort_mj.native.lanes import everywhere
-from escort_mj.native.on_demand import on_demand
-from escort_mj.native.vectors import norm, where
+from escort_mj.native.lanes import copy_numbers, everywhere
+from escort_mj.native.on_demand import on_demand_unrolled
+from escort_mj.native.vectors import dot, norm, numbers_at, where
 from escort_mj.plan import Plan, State
 
 POINT, WAYPOINTS, LISTED, NAMED, DRAWN = "a point", "waypoints", "listed", "named", "drawn"
@@ -124,7 +124,7 @@ class Goal(Headed):
         return toward_goal(self.gain, r)
 
 
-@on_demand
+@on_demand_unrolled
 def choose_goals(plan: Plan, state: State) -> None:
     """Writes the point that each robot goes to: `goal` and `goals_left`. Call it once per step.
 
@@ -132,7 +132,7 @@ def choose_goals(plan: Plan, state: State) -> None:
         plan: Gives the waypoints, and which phase they are of.
         state: `goal_at` moves on where a robot has come to its waypoint.
     """
-    n, p = state.q.shape
+    n = state.q.shape[0]
     for b in range(plan.goal_phase.shape[0]):
         for i in range(n):
             row = b * n + i
@@ -140,15 +140,11 @@ def choose_goals(plan: Plan, state: State) -> None:
                 if b == 0 and state.evaluated[0] == 0.0:  # where it goes once a phase lets it
                     _go(i, row, plan, state)
                 continue
-            last, square = plan.goal_count[row] - 1.0, 0.0
+            last = plan.goal_count[row] - 1.0
             state.goal_at[row] = min(state.goal_at[row], last)  # fewer may be left after a change
-            for k in range(p):
-                way = (
-                    plan.goal_points[int(plan.goal_first[row] + state.goal_at[row]), k]
-                    - state.q_measured[i, k]
-                )
-                square += way * way
-            if square <= plan.goal_reach[b] * plan.goal_reach[b] and state.goal_at[row] < last:
+            at = int(plan.goal_first[row] + state.goal_at[row])
+            way = numbers_at(state, plan.goal_points, at) - numbers_at(state, state.q_measured, i)
+            if dot(way, way) <= plan.goal_reach[b] * plan.goal_reach[b] and state.goal_at[row] < last:
                 state.goal_at[row] += 1.0
             _go(i, row, plan, state)
 
@@ -157,6 +153,5 @@ def choose_goals(plan: Plan, state: State) -> None:
 def _go(i: int, row: int, plan: Plan, state: State) -> None:
     """Sends a robot to its present waypoint, of those in a row."""
     at = int(plan.goal_first[row] + state.goal_at[row])
-    for k in range(state.q.shape[1]):
-        state.goal[i, k] = plan.goal_points[at, k]
+    copy_numbers(plan.goal_points[at], state.goal[i], state.q.shape[1])
     state.goals_left[i] = plan.goal_count[row] - 1.0 - state.goal_at[row]

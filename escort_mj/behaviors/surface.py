@@ -19,7 +19,7 @@ from escort_mj.components.teams import radius_of
 from escort_mj.native.fields import Array, Fields, Value
 from escort_mj.native.kernels import inlined
 from escort_mj.native.on_demand import on_demand
-from escort_mj.native.vectors import norm
+from escort_mj.native.vectors import dot, norm, numbers_at, numbers_from
 from escort_mj.numerics.formation import widest_spacing
 from escort_mj.numerics.program import evaluate_program
 from escort_mj.plan import Plan, State
@@ -173,19 +173,18 @@ def fitted(
 @on_demand
 def choose_radii(plan: Plan, state: State) -> None:
     """Write the behaviors' own radii, their rates, and the distance that each robot is to keep."""
-    p, m, time = state.q.shape[1], plan.obstacle_radius.shape[0], state.time[0]
+    m, time = plan.obstacle_radius.shape[0], state.time[0]
+    target = numbers_from(state, state.target_position_measured, 0)
+    drift = numbers_from(state, state.target_velocity_measured, 0)
     position = obstacles_seen(state.q.shape[0], plan, state)  # as seen from the target
     nearest, nearest_rate = math.inf, 0.0
     for j in range(m):
-        square, along_way = 0.0, 0.0
-        for k in range(p):
-            way = state.target_position_measured[k] - position[j, k]
-            square += way * way
-            along_way += way * (state.target_velocity_measured[k] - state.obstacle_velocity[j, k])
-        apart = math.sqrt(square)
+        way = target - numbers_at(state, position, j)
+        apart = norm(way)
         if apart - plan.obstacle_radius[j] < nearest:
             nearest = apart - plan.obstacle_radius[j]
-            nearest_rate = along_way / max(apart, 1e-300)
+            rate_of_way = dot(way, drift - numbers_at(state, state.obstacle_velocity, j))
+            nearest_rate = rate_of_way / max(apart, 1e-300)
     for index in range(plan.radius_least.shape[0]):
         first, count = int(plan.radius_functions[index, 0]), int(plan.radius_functions[index, 1])
         radius, rate = evaluate_program(plan.code, first, count, plan.segments, time, state.operands)

@@ -11,7 +11,6 @@ their policy wants.
 
 from __future__ import annotations
 
-import math
 from typing import Annotated, Any
 
 import numpy as np
@@ -19,7 +18,9 @@ import numpy as np
 from escort_mj.components.mission import axis_names
 from escort_mj.components.setup import MissionSetup
 from escort_mj.native.fields import Array, Fields, Recorded, Value
-from escort_mj.native.on_demand import on_demand
+from escort_mj.native.lanes import copy_numbers
+from escort_mj.native.on_demand import on_demand, on_demand_unrolled
+from escort_mj.native.vectors import dot, norm, numbers_at, set_numbers_at
 from escort_mj.numerics.program import evaluate_program
 from escort_mj.plan import Plan, State
 
@@ -81,7 +82,7 @@ class MoverState(Fields):
     mover_position: Annotated[Array, "movers", "p", Value("m", "of each, as MuJoCo has it")]
     mover_velocity: Annotated[Array, "movers", "p", Value("m/s", "likewise")]
     mover_force: Annotated[Array, "movers", "p", Value("N", "that drives it in the present step")]
-    mover_wish: Annotated[Array, "movers", "p", Value("m/s", "what its policy wants")]
+    mover_wish: Annotated[Array, "movers", "p", Value("m/s", "what its policy, or its path, wants")]
     policy_memory_next: Annotated[Array, "policy_values", Value("1", "what becomes of `policy_memory`")]
     mover_acts: Annotated[Array, "movers", Value("1", "whether its policy acts at the moment")]
 
@@ -102,7 +103,7 @@ def kept_by(setup: MissionSetup) -> list[dict[str, str]]:
     return found
 
 
-@on_demand
+@on_demand_unrolled
 def drive(plan: Plan, state: State) -> None:
     """Finds what force drives moving bodies.
 
@@ -112,23 +113,20 @@ def drive(plan: Plan, state: State) -> None:
     """
     p, time = state.q.shape[1], state.time[0]
     for b in range(plan.mover_mass.shape[0]):
-        square = 0.0
         for k in range(p):
             first, count = int(plan.mover_paths[b * p + k, 0]), int(plan.mover_paths[b * p + k, 1])
             wanted, _ = evaluate_program(plan.code, first, count, plan.segments, time, state.operands)
             _, speed = evaluate_program(
                 plan.code, first, count, plan.segments, time + plan.timestep, state.operands
             )
-            pull = speed + plan.mover_gain[b] * (wanted - state.mover_position[b, k])
-            asked = pull if plan.mover_policy[b] == NO_POLICY else state.mover_wish[b, k]
-            change = asked - state.mover_velocity[b, k]
-            state.mover_force[b, k] = plan.mover_mass[b] * change / plan.timestep
-            square += state.mover_force[b, k] * state.mover_force[b, k]
+            if plan.mover_policy[b] == NO_POLICY:
+                state.mover_wish[b, k] = speed + plan.mover_gain[b] * (wanted - state.mover_position[b, k])
+        change = numbers_at(state, state.mover_wish, b) - numbers_at(state, state.mover_velocity, b)
+        force = plan.mover_mass[b] * change / plan.timestep
         most = plan.mover_force_limit[b]
-        if square > most * most:
-            share = most / math.sqrt(square)
-            for k in range(p):
-                state.mover_force[b, k] *= share
+        if dot(force, force) > most * most:
+            force = (most / norm(force)) * force
+        set_numbers_at(state.mover_force, b, force)
 
 
 @on_demand
@@ -141,11 +139,10 @@ def place_movers(plan: Plan, state: State) -> None:
             target are written.
     """
     for b in range(plan.mover_obstacle.shape[0]):
-        obstacle = plan.mover_obstacle[b]
-        for k in range(state.q.shape[1]):
-            if obstacle == TARGET:
-                state.target_position[k] = state.mover_position[b, k]
-                state.target_velocity[k] = state.mover_velocity[b, k]
-            else:
-                state.obstacle_position[int(obstacle), k] = state.mover_position[b, k]
-                state.obstacle_velocity[int(obstacle), k] = state.mover_velocity[b, k]
+        p, obstacle = state.q.shape[1], plan.mover_obstacle[b]
+        if obstacle == TARGET:
+            copy_numbers(state.mover_position[b], state.target_position, p)
+            copy_numbers(state.mover_velocity[b], state.target_velocity, p)
+        else:
+            copy_numbers(state.mover_position[b], state.obstacle_position[int(obstacle)], p)
+            copy_numbers(state.mover_velocity[b], state.obstacle_velocity[int(obstacle)], p)

@@ -13,7 +13,8 @@ import numpy as np
 
 from escort_mj.components.setup import MissionSetup
 from escort_mj.native.fields import Array, Fields, Value
-from escort_mj.native.kernels import inlined, kernel, stack_memory, vector_at
+from escort_mj.native.kernels import DOUBLE, inlined, kernel, stack_memory, vector_at
+from escort_mj.native.vectors import Vec, dot, numbers_at, set_numbers
 from escort_mj.plan import Plan, State
 
 KINDS = {"sphere": 2, "capsule": 3, "ellipsoid": 4, "cylinder": 5, "box": 6, "mesh": 7}
@@ -50,7 +51,7 @@ class ShapeParameters(Fields):
 
 
 @inlined
-def is_between(origin: Array, way: Array, but: int, plan: Plan, state: State) -> bool:
+def is_between(origin: Vec, way: Vec, but: int, plan: Plan, state: State) -> bool:
     """Whether some obstacle but one (-1: any) is between a point [m] and where a vector leads [m]."""
     for j in range(plan.obstacle_radius.shape[0]):
         first, last = stretch_in(j, origin, way, plan, state)
@@ -60,27 +61,23 @@ def is_between(origin: Array, way: Array, but: int, plan: Plan, state: State) ->
 
 
 @inlined
-def mate_between(i: int, origin: Array, way: Array, plan: Plan, state: State) -> bool:
+def mate_between(i: int, origin: Vec, way: Vec, plan: Plan, state: State) -> bool:
     """Whether a teammate of robot i is between a point [m] and the one that a vector leads to [m]."""
     for j in range(state.q.shape[0]):
-        a, b, c = 0.0, 0.0, -plan.robot_radius[j] * plan.robot_radius[j]
-        for k in range(state.q.shape[1]):
-            offset = origin[k] - state.q[j, k]
-            a, b, c = a + way[k] * way[k], b + way[k] * offset, c + offset * offset
-        first, last = roots(a, b, c)
+        first, last = _stretch_in_ball(origin - numbers_at(state, state.q, j), way, plan.robot_radius[j], 0.0)
         if j != i and first < last and first < 1.0 and last > 0.0:
             return True
     return False
 
 
 @inlined
-def stretch_in(j: int, origin: Array, way: Array, plan: Plan, state: State) -> tuple[float, float]:
+def stretch_in(j: int, origin: Vec, way: Vec, plan: Plan, state: State) -> tuple[float, float]:
     """Return the stretch of a line that is inside an obstacle.
 
     Args:
         j: The obstacle, from 0.
-        origin: A point of the line, shape (p,) [m].
-        way: Its vector, shape (p,) [m].
+        origin: A point of the line [m].
+        way: Its vector [m].
         plan: Gives the shapes.
         state: Gives where they are.
     """
@@ -88,28 +85,32 @@ def stretch_in(j: int, origin: Array, way: Array, plan: Plan, state: State) -> t
     is_ball = ball > 0.0
     if not is_ball:
         ball, lift = plan.shape_reach[j], plan.shape_lift[j]
-    a, b, c = 0.0, 0.0, lift * lift - ball * ball
-    for k in range(origin.shape[0]):
-        offset = origin[k] - state.obstacle_position[j, k]
-        a, b, c = a + way[k] * way[k], b + way[k] * offset, c + offset * offset
-    first, last = roots(a, b, c)
+    offset = origin - numbers_at(state, state.obstacle_position, j)
+    first, last = _stretch_in_ball(offset, way, ball, lift)
     if not is_ball and first < last:
-        first, last = _stretch_in_shape(j, origin, way, plan, state)
+        first, last = _stretch_in_shape(j, offset, way, plan)
     return first, last
 
 
 @inlined
-def _stretch_in_shape(j: int, origin: Array, way: Array, plan: Plan, state: State) -> tuple[float, float]:
-    """The same for an obstacle that is no sphere."""
-    memory = stack_memory()
-    x, ray = vector_at(memory, 3), vector_at(memory + 24, 3)
-    turn, p = plan.shape_turn[j], origin.shape[0]
+def _stretch_in_ball(offset: Vec, way: Vec, ball: float, lift: float) -> tuple[float, float]:
+    """The same for a ball of a radius, whose center is so far above the plane of a planar mission [m]."""
+    return roots(dot(way, way), dot(way, offset), dot(offset, offset) + (lift * lift - ball * ball))
+
+
+@inlined
+def _stretch_in_shape(j: int, offset: Vec, way: Vec, plan: Plan) -> tuple[float, float]:
+    """The same for an obstacle that is no sphere, from whose center the line's point is so far."""
+    memory, turn = stack_memory(), plan.shape_turn[j]
+    x, ray = vector_at(memory, 3), vector_at(memory + DOUBLE * 3, 3)
+    at, along = vector_at(memory + DOUBLE * 6, 3), vector_at(memory + DOUBLE * 9, 3)
+    at[2] = along[2] = 0.0
+    set_numbers(at, 0, offset)
+    set_numbers(along, 0, way)
+    at[2] -= plan.shape_lift[j]
     for axis in range(3):
-        x[axis] = -turn[6 + axis] * plan.shape_lift[j]
-        ray[axis] = 0.0
-        for k in range(p):
-            x[axis] += turn[3 * k + axis] * (origin[k] - state.obstacle_position[j, k])
-            ray[axis] += turn[3 * k + axis] * way[k]
+        x[axis] = turn[axis] * at[0] + turn[3 + axis] * at[1] + turn[6 + axis] * at[2]
+        ray[axis] = turn[axis] * along[0] + turn[3 + axis] * along[1] + turn[6 + axis] * along[2]
     shape = int(plan.shape_kind[j])
     if shape != MESH:
         return stretch(shape, plan.shape_size[j], x, ray)

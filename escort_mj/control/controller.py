@@ -31,8 +31,15 @@ from escort_mj.control.trigger import refresh
 from escort_mj.control.velocity import reference_velocities
 from escort_mj.native.fields import Array, Fields, Value
 from escort_mj.native.kernels import inlined, merged
-from escort_mj.native.lanes import WIDTH, copy_lanes, everywhere, load, set_row, stack_rows, store, store_rows
+from escort_mj.native.lanes import (
+    WIDTH,
+    copy_lanes,
+    copy_numbers,
+    load,
+    store,
+)
 from escort_mj.native.on_demand import on_demand, on_demand_unrolled
+from escort_mj.native.vectors import numbers_at, one_row, set_numbers_at, set_rows
 from escort_mj.numerics.neighbors import keep_all_neighbors
 from escort_mj.numerics.program import evaluate_program, value_of
 from escort_mj.plan import Plan, State
@@ -159,23 +166,18 @@ def advance(plan: Plan, state: State) -> bool:
         moved = True
         for i in range(n):
             state.slopes[i] = plan.slope_at_start[i]
-            for k in range(p):
-                state.q_d[i, k] = state.q[i, k]
-                state.rho_hat[i, k] = plan.estimate_at_start[i]
+            state.rho_hat[i] = plan.estimate_at_start[i]
+        copy_numbers(state.q, state.q_d, n * p)
         for i in range(state.rotation.shape[0]):
             for a in range(p):
                 for b in range(p):
                     state.rotation[i, a, b] = 1.0 if a == b else 0.0
-        for i in range(plan.vertices.shape[0]):
-            for k in range(p):
-                state.vertices[i, k] = plan.vertices[i, k]
+        copy_numbers(plan.vertices, state.vertices, plan.vertices.shape[0] * p)
         for c in range(plan.predecessors.shape[0]):
             for i in range(n):
                 state.predecessors[c, i] = plan.predecessors[c, i]
         state.chord_length[0] = plan.chord_length
-        for j in range(plan.obstacle_radius.shape[0]):
-            for k in range(p):
-                state.obstacle_position[j, k] = plan.obstacle_position[j, k]
+        copy_numbers(plan.obstacle_position, state.obstacle_position, plan.obstacle_radius.shape[0] * p)
         state.started[0] = 1.0
     elif time > state.last_time[0]:
         moved = True
@@ -184,8 +186,9 @@ def advance(plan: Plan, state: State) -> bool:
             store(state.q_d, at, load(state.q_d, at) + plan.timestep * load(state.q_d_rate, at))
             store(state.rho_hat, at, load(state.rho_hat, at) + plan.timestep * load(state.rho_hat_rate, at))
         for i in range(state.v_d_rate.shape[0]):
-            for k in range(p):
-                state.v_d_filtered[i, k] += plan.timestep * state.v_d_rate[i, k]
+            filtered = numbers_at(state, state.v_d_filtered, i)
+            rate = numbers_at(state, state.v_d_rate, i)
+            set_numbers_at(state.v_d_filtered, i, filtered + plan.timestep * rate)
         if state.component_memory.shape[0] > 0:
             integrate_memory(plan, state)
     state.last_time[0] = time
@@ -197,7 +200,7 @@ def follow_time(plan: Plan, state: State) -> None:
     """Target and disturbance at the present time, and at the next step, for which they are kept."""
     n, p = state.q.shape
     position, velocity = state.next_target_position, state.next_target_velocity
-    push, pushes = state.next_disturbance, stack_rows(p)
+    push = state.next_disturbance
     for later in range(2):
         time = state.time[0] + later * plan.timestep
         if later == 1 or state.next_known[0] == 0.0 or state.next_time[0] != time:
@@ -213,8 +216,7 @@ def follow_time(plan: Plan, state: State) -> None:
                     push[k] = value_of(plan.code, first, count, plan.segments, time, state.operands)
             state.next_known[0], state.next_time[0] = 1.0, time
         if later == 0:
-            for k in range(p):
-                state.target_position[k], state.target_velocity[k] = position[k], velocity[k]
-                set_row(pushes, k, everywhere(push[k]))
-    for i in range(0, n, WIDTH):
-        store_rows(state.disturbance, i, pushes)
+            copy_numbers(position, state.target_position, p)
+            copy_numbers(velocity, state.target_velocity, p)
+            for i in range(0, n, WIDTH):
+                set_rows(state.disturbance, i, one_row(state, push))

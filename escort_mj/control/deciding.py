@@ -12,8 +12,8 @@ from escort_mj.control.custom.calls import custom_policy
 from escort_mj.control.members import asker
 from escort_mj.control.opponents import aim, turn_back
 from escort_mj.native.fields import Array, Fields, Value
-from escort_mj.native.kernels import stack_memory, vector_at
 from escort_mj.native.on_demand import on_demand_unrolled
+from escort_mj.native.vectors import numbers_from, set_numbers
 from escort_mj.plan import Plan, State
 from escort_mj.policies import POLICIES
 from escort_mj.policies.policy import ACTS, RESTS
@@ -55,10 +55,9 @@ def decide(plan: Plan, state: State) -> None:
         plan: Says which body has which policy.
         state: Gives what policies see; `mover_wish`, `policy_memory` and `mover_acts` are written.
     """
-    p, teams = state.q.shape[1], plan.team_radius.shape[0] > 0
-    kept = vector_at(stack_memory(), 2 * p)
-    for k in range(p):
-        kept[k], kept[p + k] = state.target_position[k], state.target_velocity[k]
+    teams = plan.team_radius.shape[0] > 0
+    position = numbers_from(state, state.target_position, 0)
+    velocity = numbers_from(state, state.target_velocity, 0)
     for b in range(plan.mover_policy.shape[0]):
         opponent = int(plan.mover_opponent[b])
         if opponent >= 0 and state.opponent_status[opponent] != COMES:
@@ -71,8 +70,8 @@ def decide(plan: Plan, state: State) -> None:
                 aim(b, plan, state)
             block = block_at(int(plan.mover_place[b]), plan)
             state.mover_acts[b] = _ask(int(plan.mover_policy[b]), block, b, plan, state)
-    for k in range(p):
-        state.target_position[k], state.target_velocity[k] = kept[k], kept[p + k]
+    set_numbers(state.target_position, 0, position)
+    set_numbers(state.target_velocity, 0, velocity)
 
 
 _ask = asker(POLICIES, custom_policy, on_demand_unrolled)

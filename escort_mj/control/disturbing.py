@@ -14,7 +14,7 @@ from escort_mj.native.kernels import (
     stack_memory,
     vector_at,
 )
-from escort_mj.native.lanes import WIDTH, load, store
+from escort_mj.native.lanes import WIDTH, copy_numbers, load, store
 from escort_mj.native.on_demand import on_demand, on_demand_unrolled
 from escort_mj.numerics.gaussian import DISTURBANCE, normals
 from escort_mj.plan import Plan, State
@@ -75,11 +75,7 @@ def _draw(d: int, plan: Plan, state: State) -> None:
     drawn, step = vector_at(stack_memory(), p), int(state.step[0])
     for i in range(n + 1):  # past the last robot those that all have in common
         normals(p, plan.seed, 1 + BLOCKS * d, DISTURBANCE, i, step, drawn)
-        for k in range(p):
-            if i < n:
-                state.noise[i, k] = drawn[k]
-            else:
-                state.common_noise[k] = drawn[k]
+        copy_numbers(drawn, state.noise[i] if i < n else state.common_noise, p)
 
 
 _push = asker(EQUATED, custom_disturbance, on_demand_unrolled)

@@ -15,6 +15,7 @@ from escort_mj.failures import FAILURES, Failure
 from escort_mj.failures.failure import MOTORS
 from escort_mj.native.fields import Array, Fields, Value
 from escort_mj.native.kernels import inlined
+from escort_mj.native.lanes import copy_numbers
 from escort_mj.native.on_demand import on_demand
 from escort_mj.numerics.noise import uniform
 from escort_mj.numerics.reform import reform
@@ -125,10 +126,9 @@ def command_failing_motors(plan: Plan, state: State) -> None:
     n, p = state.q.shape
     for i in range(n):
         if state.lost[i] != 0.0:
-            for k in range(p):
-                state.tau[i, k] = 0.0
-                state.q_d_rate[i, k] = state.v_measured[i, k]
-                state.rho_hat_rate[i, k] = 0.0
+            state.tau[i] = 0.0
+            state.rho_hat_rate[i] = 0.0
+            copy_numbers(state.v_measured[i], state.q_d_rate[i], p)
         if has_failed(i, plan, state):
             age = state.time[0] + 0.5 * plan.timestep - _failure_of(i, plan).at
             every, draw = plan.failure_renews[i], int(state.step[0])
@@ -137,8 +137,7 @@ def command_failing_motors(plan: Plan, state: State) -> None:
             uniform(i, 1.0, plan.seed, draw, state.failure_draw[i])
             state.failure_age[0] = age
             _fail(int(plan.failure[i]), block_at(int(plan.failure_place[i]), plan), i, plan, state)
-            for k in range(p):
-                state.command[i, k] = state.failure_command[i, k]
+            copy_numbers(state.failure_command[i], state.command[i], p)
 
 
 _fail = asker(FAILURES, custom_failure, inlined)

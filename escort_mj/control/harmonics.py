@@ -19,7 +19,7 @@ import numpy as np
 
 from escort_mj.native.fields import Array, Fields, Value
 from escort_mj.native.kernels import flat, inlined
-from escort_mj.native.lanes import WIDTH, everywhere, load, room_for, set_row, stack_rows, store
+from escort_mj.native.lanes import WIDTH, copy_numbers, everywhere, load, room_for, set_row, stack_rows, store
 from escort_mj.numerics.elementary import sine_and_cosine
 from escort_mj.numerics.program import Op
 from escort_mj.plan import Plan
@@ -151,7 +151,6 @@ def follow(plan: Plan, time: float, position: Array, velocity: Array, push: Arra
                 d = d + turns[1, lane + 1] * load(plan.waves, row + 3 * followed)
             store(found, at, (a + b) + (c + d))
     values = flat(found)
-    for k in range(p):
-        position[k] = values[k]
-        velocity[k] = values[p + k]
-        push[k] = values[2 * p + k]
+    copy_numbers(values[:p], position, p)
+    copy_numbers(values[p : 2 * p], velocity, p)
+    copy_numbers(values[2 * p :], push, p)

@@ -16,9 +16,10 @@ from escort_mj.laws import LAWS, ApdSmc, Law
 from escort_mj.laws.law import evaluation_by, memory_by
 from escort_mj.native.fields import Array, Fields, Value
 from escort_mj.native.kernels import DOUBLE, data_address, inlined, inlined_once, reachable
-from escort_mj.native.lanes import WIDTH, Lanes, copy_lanes, load, store, where
+from escort_mj.native.lanes import WIDTH, Lanes, copy_lanes, copy_numbers, load, store, where
 from escort_mj.native.memory import part_of
 from escort_mj.native.on_demand import on_demand
+from escort_mj.native.vectors import numbers_at, set_numbers_at
 from escort_mj.plan import Plan, State
 
 OF_TEAMS = len(LAWS) + 1
@@ -176,21 +177,20 @@ def _force_of_teams(place: int, plan: Plan, state: State) -> None:
     n, p = state.q.shape
     for i in range(n):
         t = int(state.member_of[i]) - 1
-        for k in range(p):
-            state.s[i, k] = state.e_dot[i, k] + state.slopes[i] * state.e[i, k]
-            if state.v_d_rate.shape[0] > 0:
-                lag = plan.team_filter[t] + plan.timestep
-                state.v_d_rate[i, k] = (state.v_d[i, k] - state.v_d_filtered[i, k]) / lag
+        e, e_dot = numbers_at(state, state.e, i), numbers_at(state, state.e_dot, i)
+        set_numbers_at(state.s, i, e_dot + state.slopes[i] * e)
+        if state.v_d_rate.shape[0] > 0:
+            ahead = numbers_at(state, state.v_d, i) - numbers_at(state, state.v_d_filtered, i)
+            set_numbers_at(state.v_d_rate, i, ahead / (plan.team_filter[t] + plan.timestep))
     for t in range(plan.team_law.shape[0]):
         state.memory_row[0] = plan.team_law_row[t]
         _force_of_shipped(int(plan.team_law[t]), int(plan.team_law_place[t]), plan, state)
         _keep_own_memory(t, plan, state)
         for i in range(n):
             if state.member_of[i] == t + 1.0:
-                for k in range(p):
-                    state.team_tau[i, k] = state.tau[i, k]
-                    state.team_rho_hat_rate[i, k] = state.rho_hat_rate[i, k]
-                    state.team_q_d_rate[i, k] = state.q_d_rate[i, k]
+                copy_numbers(state.tau[i], state.team_tau[i], p)
+                copy_numbers(state.rho_hat_rate[i], state.team_rho_hat_rate[i], p)
+                copy_numbers(state.q_d_rate[i], state.team_q_d_rate[i], p)
     copy_lanes(state.team_tau, state.tau, n * p)
     copy_lanes(state.team_rho_hat_rate, state.rho_hat_rate, n * p)
     copy_lanes(state.team_q_d_rate, state.q_d_rate, n * p)
@@ -203,8 +203,7 @@ def _keep_own_memory(t: int, plan: Plan, state: State) -> None:
     for row in range(first, first + int(plan.team_law_rows[t])):
         for i in range(state.q.shape[0]):
             if int(plan.team_law_row[int(state.member_of[i]) - 1]) != first:
-                for k in range(state.q.shape[1]):
-                    state.component_rate[row, i, k] = 0.0
+                state.component_rate[row, i] = 0.0
 
 
 @inlined
@@ -223,8 +222,8 @@ def change_law(i: int, old: int, new: int, plan: Plan, state: State) -> None:
     state.slopes[i] = plan.team_slope[new]
     if state.v_d_rate.shape[0] > 0:
         ahead = plan.team_filter[old] - plan.team_filter[new]
-        for k in range(state.q.shape[1]):
-            state.v_d_filtered[i, k] += ahead * state.v_d_rate[i, k]
+        filtered = numbers_at(state, state.v_d_filtered, i)
+        set_numbers_at(state.v_d_filtered, i, filtered + ahead * numbers_at(state, state.v_d_rate, i))
 
 
 _force_of = one_of([*_KERNELS, _force_of_plugin, _force_of_teams])

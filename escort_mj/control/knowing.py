@@ -19,9 +19,15 @@ from escort_mj.knowledge.links import NOBODY, radio_of
 from escort_mj.knowledge.sight import sight_of, sight_target
 from escort_mj.native.fields import Fields, Value
 from escort_mj.native.kernels import inlined
-from escort_mj.native.lanes import WIDTH, everywhere, load, load_rows, row_of, set_row, stack_rows, store_rows
+from escort_mj.native.lanes import (
+    WIDTH,
+    copy_numbers,
+    load,
+    load_rows,
+    stack_rows,
+)
 from escort_mj.native.on_demand import on_demand_unrolled
-from escort_mj.native.vectors import numbers_at, numbers_from, set_numbers, set_numbers_at
+from escort_mj.native.vectors import numbers_from, part_at, set_numbers, set_rows
 from escort_mj.numerics.gaussian import START, normals
 from escort_mj.plan import Plan, State
 
@@ -110,6 +116,7 @@ def _begin(i: int, draw: int, plan: Plan, state: State) -> None:
 def _deliver(step: int, plan: Plan, state: State) -> None:
     """Hands messages over that arrive now: slot by slot, the oldest first."""
     (n, slots), depth, upcoming = state.link_from.shape, state.sent_step.shape[1], NEVER
+    p = state.q.shape[1]
     for i in range(n):
         for s in range(slots):
             j = int(state.link_from[i, s])
@@ -128,12 +135,8 @@ def _deliver(step: int, plan: Plan, state: State) -> None:
                 if state.sent_step[j, number % depth] > state.link_step[i, s]:
                     state.link_step[i, s] = state.sent_step[j, number % depth]
                     message = j * depth + number % depth
-                    set_numbers_at(
-                        state.heard_position, link, numbers_at(state, state.sent_position, message)
-                    )
-                    set_numbers_at(
-                        state.heard_velocity, link, numbers_at(state, state.sent_velocity, message)
-                    )
+                    copy_numbers(state.sent_position[message], state.heard_position[link], p)
+                    copy_numbers(state.sent_velocity[message], state.heard_velocity[link], p)
                     if plan.team_radius.shape[0] > 0 and not _of_own_targets(i, s, message, state):
                         continue
                     state.team_news[i] = 1.0
@@ -169,18 +172,20 @@ def _move_estimates(plan: Plan, state: State) -> None:
     """Writes where robots believe the target to be now, eight of them at once."""
     n, p = state.q.shape
     size = state.belief.shape[1]
-    rows, place, speed = stack_rows(3 * p), stack_rows(p), stack_rows(p)
+    rows = stack_rows(3 * p)
     moves = 1.0 if plan.estimate_moves else 0.0
     for i in range(0, n, WIDTH):
         load_rows(state.belief, i, rows[:size])
         elapsed = moves * (state.time[0] - load(state.belief_time, i))
-        for k in range(p):
-            bend = row_of(rows, 2 * p + k) if size > 2 * p else everywhere(0.0)
-            ahead = row_of(rows, p + k) + 0.5 * elapsed * bend
-            set_row(place, k, row_of(rows, k) + elapsed * ahead)
-            set_row(speed, k, row_of(rows, p + k) + elapsed * bend)
-        store_rows(state.target_estimate, i, place)
-        store_rows(state.target_velocity_estimate, i, speed)
+        place, speed = part_at(state, rows, 0), part_at(state, rows, p)
+        if size > 2 * p:
+            bend = part_at(state, rows, 2 * p)
+            place = place + elapsed * (speed + 0.5 * elapsed * bend)
+            speed = speed + elapsed * bend
+        else:
+            place = place + elapsed * speed
+        set_rows(state.target_estimate, i, place)
+        set_rows(state.target_velocity_estimate, i, speed)
 
 
 @inlined

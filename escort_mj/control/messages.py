@@ -15,6 +15,7 @@ from escort_mj.knowledge.auction import tell_bids
 from escort_mj.knowledge.links import apart, may_pass, slot_for, take_slot
 from escort_mj.native.fields import Array, Fields, Value
 from escort_mj.native.kernels import inlined
+from escort_mj.native.lanes import copy_numbers
 from escort_mj.numerics.gaussian import RADIO, fractions
 from escort_mj.plan import Plan, State
 from escort_mj.radios import RADIOS
@@ -120,17 +121,12 @@ def send(plan: Plan, state: State) -> None:
 @inlined
 def _compose(j: int, message: int, plan: Plan, state: State) -> None:
     """Write a message: what a robot knows of itself and of the target."""
-    for k in range(state.q.shape[1]):
-        state.sent_position[message, k] = state.q_measured[j, k]
-        state.sent_velocity[message, k] = state.v_measured[j, k]
-    for k in range(state.belief.shape[1]):
-        state.sent_belief[message, k] = state.belief[j, k]
-    for k in range(state.belief_covariance.shape[1]):
-        state.sent_covariance[message, k] = state.belief_covariance[j, k]
-    p = state.q.shape[1]
-    for a in range(p):
-        for b in range(p):
-            state.sent_rotation[message, a * p + b] = state.rotation[j, a, b]
+    p, size = state.q.shape[1], state.belief.shape[1]
+    copy_numbers(state.q_measured[j], state.sent_position[message], p)
+    copy_numbers(state.v_measured[j], state.sent_velocity[message], p)
+    copy_numbers(state.belief[j], state.sent_belief[message], size)
+    copy_numbers(state.belief_covariance[j], state.sent_covariance[message], size * size)
+    copy_numbers(state.rotation[j], state.sent_rotation[message], p * p)
     state.sent_belief_time[message], state.sent_fix[message] = state.belief_time[j], state.belief_fix[j]
     if plan.team_radius.shape[0] > 0:
         state.sent_team[message] = state.member_of[j]

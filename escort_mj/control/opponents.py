@@ -9,8 +9,10 @@ from escort_mj.components.movers import COMES, INTERCEPTED, REACHED, WAITS
 from escort_mj.components.setup import MissionSetup
 from escort_mj.components.teams import team_of
 from escort_mj.native.fields import Array, Fields, Value
-from escort_mj.native.kernels import inlined, merged
-from escort_mj.native.on_demand import on_demand
+from escort_mj.native.kernels import inlined
+from escort_mj.native.lanes import copy_numbers
+from escort_mj.native.on_demand import on_demand_unrolled
+from escort_mj.native.vectors import Vec, norm, numbers_at, numbers_from, set_numbers_at
 from escort_mj.plan import Plan, State
 
 NOT_ONE = -1.0  # of the opponents
@@ -52,7 +54,7 @@ class OpponentState(Fields):
     threat_velocity: Annotated[Array, "guarding", "p", Value("m/s", "likewise")]
 
 
-@on_demand
+@on_demand_unrolled
 def judge_opponents(plan: Plan, state: State) -> None:
     """Lets opponents come when it is time, and sees which are intercepted or have reached the target.
 
@@ -66,26 +68,28 @@ def judge_opponents(plan: Plan, state: State) -> None:
             state.opponent_status[o] = COMES
         if state.opponent_status[o] != COMES:
             continue
-        here, size = state.obstacle_position[j], plan.obstacle_radius[j]
+        here, size = numbers_at(state, state.obstacle_position, j), plan.obstacle_radius[j]
         for i in range(state.q.shape[0]):
-            gap = _distance(state.q[i], here) - plan.robot_radius[i] - size
+            gap = norm(numbers_at(state, state.q, i) - here) - plan.robot_radius[i] - size
             if gap <= plan.opponent_capture[o] and state.lost[i] == 0.0:
                 state.opponent_status[o], state.interceptor[o] = INTERCEPTED, i + 1.0
                 break
-        gap = _distance(state.target_position, here) - plan.target_radius - size
+        gap = norm(numbers_from(state, state.target_position, 0) - here) - plan.target_radius - size
         if plan.team_radius.shape[0] > 0:
             nearest = int(plan.target_obstacle[nearest_target(here, plan, state)])
-            gap = _distance(state.obstacle_position[nearest], here) - plan.obstacle_radius[nearest] - size
+            gap = norm(numbers_at(state, state.obstacle_position, nearest) - here)
+            gap = gap - plan.obstacle_radius[nearest] - size
         if state.opponent_status[o] == COMES and gap <= plan.opponent_reach[o]:
             state.opponent_status[o] = REACHED
 
 
 @inlined
-def nearest_target(here: Array, plan: Plan, state: State) -> int:
+def nearest_target(here: Vec, plan: Plan, state: State) -> int:
     """Return which of the targets that teams escort is nearest to a point."""
     found, least = 0, math.inf
     for place in range(plan.target_obstacle.shape[0]):
-        distance = _distance(state.obstacle_position[int(plan.target_obstacle[place])], here)
+        j = int(plan.target_obstacle[place])
+        distance = norm(numbers_at(state, state.obstacle_position, j) - here)
         if distance < least and team_of(place, plan, state) > 0:
             found, least = place, distance
     return found
@@ -94,13 +98,13 @@ def nearest_target(here: Array, plan: Plan, state: State) -> int:
 @inlined
 def aim(b: int, plan: Plan, state: State) -> None:
     """Let what a body with a policy sees as the target be the nearest of the teams' targets."""
-    j = int(plan.target_obstacle[nearest_target(state.mover_position[b], plan, state)])
-    for k in range(state.q.shape[1]):
-        state.target_position[k] = state.obstacle_position[j, k]
-        state.target_velocity[k] = state.obstacle_velocity[j, k]
+    here, p = numbers_at(state, state.mover_position, b), state.q.shape[1]
+    j = int(plan.target_obstacle[nearest_target(here, plan, state)])
+    copy_numbers(state.obstacle_position[j], state.target_position, p)
+    copy_numbers(state.obstacle_velocity[j], state.target_velocity, p)
 
 
-@on_demand
+@on_demand_unrolled
 def turn_back(b: int, plan: Plan, state: State) -> None:
     """Lets an opponent that does not come yet, or no longer, be at its start or go there.
 
@@ -109,13 +113,12 @@ def turn_back(b: int, plan: Plan, state: State) -> None:
         plan: Says where it starts, and how fast it is.
         state: `mover_wish` is written: the body slows down where it arrives.
     """
-    distance = _distance(plan.mover_start[b], state.mover_position[b])
-    share = min(plan.mover_speed[b], ARRIVAL * distance) / max(distance, NEAR)
-    for k in range(state.q.shape[1]):
-        state.mover_wish[b, k] = share * (plan.mover_start[b, k] - state.mover_position[b, k])
+    way = numbers_at(state, plan.mover_start, b) - numbers_at(state, state.mover_position, b)
+    share = min(plan.mover_speed[b], ARRIVAL * norm(way)) / max(norm(way), NEAR)
+    set_numbers_at(state.mover_wish, b, share * way)
 
 
-@on_demand
+@on_demand_unrolled
 def assign_guards(plan: Plan, state: State) -> None:
     """Gives each opponent that comes a robot: the most urgent one first, the nearest robot to its way.
 
@@ -148,19 +151,16 @@ def assign_guards(plan: Plan, state: State) -> None:
         team, radius = threatened(j, plan, state), plan.radius
         if team > 0:
             radius = state.team_radius[team - 1]
-        way = _distance(state.obstacle_position[j], middle_of(team, state))
-        share = min(radius, way) / max(way, NEAR)
+        center = middle_of(team, state)
+        way = numbers_at(state, state.obstacle_position, j) - center
+        point = center + (min(radius, norm(way)) / max(norm(way), NEAR)) * way
         for i in range(n):
             if state.threat[i] > 0.0 or state.lost[i] != 0.0:
                 continue
             if team > 0 and state.member_of[i] != team:
                 continue
-            square = 0.0
-            for k in range(p):
-                center = middle_of(team, state)[k]
-                point = center + share * (state.obstacle_position[j, k] - center)
-                square += (point - state.q_measured[i, k]) ** 2
-            distance = math.sqrt(square) * (KEPT if state.threat[i] == -(urgent + 1.0) else 1.0)
+            distance = norm(point - numbers_at(state, state.q_measured, i))
+            distance = distance * (KEPT if state.threat[i] == -(urgent + 1.0) else 1.0)
             if distance < least:
                 nearest, least = i, distance
         if nearest >= 0:
@@ -169,28 +169,17 @@ def assign_guards(plan: Plan, state: State) -> None:
         state.threat[i] = max(state.threat[i], 0.0)
         if state.threat[i] > 0.0:
             j = int(plan.opponent_obstacle[int(state.threat[i]) - 1])
-            for k in range(p):
-                state.threat_position[i, k] = state.obstacle_position[j, k]
-                state.threat_velocity[i, k] = state.obstacle_velocity[j, k]
-
-
-@inlined
-def _distance(a: Array, b: Array) -> float:
-    """Distance of two points [m]."""
-    square = 0.0
-    for k in range(a.shape[0]):
-        square += (a[k] - b[k]) ** 2
-    return math.sqrt(square)
+            copy_numbers(state.obstacle_position[j], state.threat_position[i], p)
+            copy_numbers(state.obstacle_velocity[j], state.threat_velocity[i], p)
 
 
 @inlined
 def _time_to_reach(o: int, plan: Plan, state: State) -> float:
     """How soon an opponent can be at the target [s], at its present speed."""
-    j, square = int(plan.opponent_obstacle[o]), 0.0
-    for k in range(state.q.shape[1]):
-        square += state.obstacle_velocity[j, k] ** 2
-    way = _distance(state.obstacle_position[j], middle_of(threatened(j, plan, state), state))
-    return way / max(math.sqrt(square), 0.1)
+    j = int(plan.opponent_obstacle[o])
+    way = numbers_at(state, state.obstacle_position, j) - middle_of(threatened(j, plan, state), state)
+    soonest: float = norm(way) / max(norm(numbers_at(state, state.obstacle_velocity, j)), 0.1)
+    return soonest
 
 
 @inlined
@@ -198,10 +187,12 @@ def threatened(j: int, plan: Plan, state: State) -> int:
     """Return the team, from 1, whose target is nearest to an obstacle; 0 where all are one team."""
     if plan.team_radius.shape[0] == 0:
         return 0
-    return team_of(nearest_target(state.obstacle_position[j], plan, state), plan, state)
+    return team_of(nearest_target(numbers_at(state, state.obstacle_position, j), plan, state), plan, state)
 
 
-@merged
-def middle_of(team: int, state: State) -> Array:
+@inlined
+def middle_of(team: int, state: State) -> Vec:
     """Return the middle of the targets of a team, from 1, or the target where all are one team [m]."""
-    return state.team_center[team - 1] if team > 0 else state.target_position_measured
+    if team > 0:
+        return numbers_at(state, state.team_center, team - 1)
+    return numbers_from(state, state.target_position_measured, 0)

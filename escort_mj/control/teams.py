@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 from escort_mj.components.teams import team_of
 from escort_mj.control.inner import change_law
 from escort_mj.native.kernels import inlined
-from escort_mj.native.on_demand import on_demand
+from escort_mj.native.on_demand import on_demand_unrolled
+from escort_mj.native.vectors import dot, numbers_at, set_numbers_at, zero_like
 from escort_mj.numerics.reform import reform
 from escort_mj.plan import Plan, State
 
@@ -23,7 +24,7 @@ Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 
-@on_demand
+@on_demand_unrolled
 def form_teams(plan: Plan, state: State) -> None:
     """Finds which targets teams have, and where, and moves robots from one team to another.
 
@@ -74,7 +75,7 @@ def form_teams(plan: Plan, state: State) -> None:
 @inlined
 def _find_targets(first: bool, plan: Plan, state: State) -> None:
     """Write which targets each team has, and their middle and mean velocity."""
-    p, targets = state.q.shape[1], plan.target_team.shape[0]
+    targets = plan.target_team.shape[0]
     for target in range(targets):
         j, team = int(plan.target_obstacle[target]), team_of(target, plan, state)
         before = int(state.obstacle_team[j])
@@ -85,19 +86,16 @@ def _find_targets(first: bool, plan: Plan, state: State) -> None:
                 state.team_aimed[before - 1] = state.step[0]
         state.obstacle_team[j] = team
     for t in range(plan.team_radius.shape[0]):
-        number = 0.0
-        for k in range(p):
-            state.team_center[t, k] = state.team_velocity[t, k] = 0.0
+        number, center = 0.0, zero_like(numbers_at(state, state.team_center, t))
+        velocity = center
         for target in range(targets):
             j = int(plan.target_obstacle[target])
             if state.obstacle_team[j] == t + 1.0:
                 number += 1.0
-                for k in range(p):
-                    state.team_center[t, k] += state.obstacle_position[j, k]
-                    state.team_velocity[t, k] += state.obstacle_velocity[j, k]
-        for k in range(p):
-            state.team_center[t, k] /= number
-            state.team_velocity[t, k] /= number
+                center = center + numbers_at(state, state.obstacle_position, j)
+                velocity = velocity + numbers_at(state, state.obstacle_velocity, j)
+        set_numbers_at(state.team_center, t, center / number)
+        set_numbers_at(state.team_velocity, t, velocity / number)
 
 
 @inlined
@@ -123,17 +121,15 @@ def _demand(t: int, plan: Plan, state: State) -> float:
 @inlined
 def _spare(t: int, plan: Plan, state: State) -> int:
     """Return the robot nearest to a team's targets that another team can spare; -1 where there is none."""
-    n, p = state.q.shape
     nearest, least = -1, math.inf
-    for i in range(n):
+    for i in range(state.q.shape[0]):
         other = int(state.member_of[i]) - 1
         if other == t or state.lost[i] != 0.0:
             continue
         if state.team_left[other] <= max(_demand(other, plan, state), 1.0):
             continue
-        square = 0.0
-        for k in range(p):
-            square += (state.q_measured[i, k] - state.team_center[t, k]) ** 2
+        way = numbers_at(state, state.q_measured, i) - numbers_at(state, state.team_center, t)
+        square = dot(way, way)
         if square < least:
             nearest, least = i, square
     return nearest

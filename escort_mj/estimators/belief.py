@@ -14,6 +14,7 @@ from escort_mj.knowledge.belief import MADE, carry, trace
 from escort_mj.knowledge.sight import BEARING, POSITION, RANGE, VELOCITY
 from escort_mj.native.fields import Array
 from escort_mj.native.kernels import DOUBLE, inlined, stack_memory, vector_at
+from escort_mj.native.lanes import copy_numbers
 from escort_mj.native.values import Computed, maker_of
 from escort_mj.native.vectors import Vec, numbers_at, numbers_from, set_numbers
 
@@ -156,10 +157,10 @@ def copied(belief: Belief) -> Belief:
     slot = int(seen.beliefs_made[0])
     seen.beliefs_made[0] += 1.0
     x, covariance = seen.belief_made[min(slot, MADE - 1)], seen.covariance_made[min(slot, MADE - 1)]
-    for k in range(x.shape[0]):
-        x[k] = belief.x[k] if slot < MADE else math.nan
-    for k in range(covariance.shape[0]):
-        covariance[k] = belief.covariance[k]
+    copy_numbers(belief.x, x, x.shape[0])
+    copy_numbers(belief.covariance, covariance, covariance.shape[0])
+    if slot >= MADE:
+        x[:] = math.nan
     return belief_of(x, covariance, belief.time, belief.fix, seen)
 
 

@@ -10,6 +10,7 @@ from escort_mj.components.component import Derived
 from escort_mj.components.equations import Answer, Call, Equations
 from escort_mj.estimators.belief import Belief, EstimatorView, Witness, witness_of
 from escort_mj.knowledge.sight import MEASURES
+from escort_mj.native.lanes import copy_numbers
 from escort_mj.native.values import names_of
 
 
@@ -92,10 +93,9 @@ class Estimator(Equations):
             view.beliefs_made[0] = 0.0
             r = witness_of(robot, view)
             found = sees(parameters, r) if view.message[0] < 0.0 else hears(parameters, r)
-            for k in range(view.belief.shape[1]):
-                view.belief[robot, k] = found.x[k]
-            for k in range(matrices * view.belief_covariance.shape[1]):
-                view.belief_covariance[robot, k] = found.covariance[k]
+            copy_numbers(found.x, view.belief[robot], view.belief.shape[1])
+            size = matrices * view.belief_covariance.shape[1]
+            copy_numbers(found.covariance, view.belief_covariance[robot], size)
             view.belief_time[robot], view.belief_fix[robot] = found.time, found.fix
 
         return update

@@ -14,6 +14,8 @@ from typing import Annotated, Any
 from escort_mj.components.setup import MissionSetup
 from escort_mj.native.fields import Array, Fields, Value
 from escort_mj.native.kernels import inlined
+from escort_mj.native.lanes import copy_numbers
+from escort_mj.native.vectors import dot, norm, numbers_at
 from escort_mj.plan import Plan, State
 
 ABOVE_ALL = 2.0  # added to the cosine between robot and vertex: bids are positive
@@ -46,17 +48,12 @@ class AuctionState(Fields):
 @inlined
 def begin_auction(plan: Plan, state: State) -> None:
     """Let each robot bid for the vertex nearest to its direction from where it believes the target."""
-    n, p = state.q.shape
+    n = state.q.shape[0]
     for i in range(n):
-        square = 0.0
-        for k in range(p):
-            square += (state.q_measured[i, k] - state.belief[i, k]) ** 2
-        inverse = 1.0 / max(square**0.5, NEAR)
+        way = numbers_at(state, state.q_measured, i) - numbers_at(state, state.belief, i)
+        unit = (1.0 / max(norm(way), NEAR)) * way
         for v in range(n):
-            cosine = 0.0
-            for k in range(p):
-                cosine += inverse * (state.q_measured[i, k] - state.belief[i, k]) * plan.vertices[v, k]
-            state.worth[i, v] = ABOVE_ALL + cosine
+            state.worth[i, v] = ABOVE_ALL + dot(unit, numbers_at(state, plan.vertices, v))
             state.bid[i, v] = state.bidder[i, v] = 0.0
         _choose(i, plan, state)
 
@@ -94,9 +91,9 @@ def _choose(i: int, plan: Plan, state: State) -> None:
         if worth > most and _beats(worth, i + 1.0, state.bid[i, v], state.bidder[i, v]):
             best, most = v, worth
     state.won[i] = best + 1.0
-    for k in range(state.q.shape[1]):
-        state.vertices[i, k] = plan.vertices[best, k] if best >= 0 else 0.0
+    state.vertices[i] = 0.0
     if best >= 0:
+        copy_numbers(plan.vertices[best], state.vertices[i], state.q.shape[1])
         state.bid[i, best], state.bidder[i, best] = most, i + 1.0
 
 
@@ -111,5 +108,6 @@ def know_vertices(robot: int, plan: Plan, state: State) -> None:
                 found = v
         if found < 0:
             state.mate_unknown[j] = 1.0
-        for k in range(p):
-            state.mate_vertex[j, k] = plan.vertices[found, k] if found >= 0 else 0.0
+        state.mate_vertex[j] = 0.0
+        if found >= 0:
+            copy_numbers(plan.vertices[found], state.mate_vertex[j], p)

@@ -11,7 +11,8 @@ from escort_mj.components.component import block_at, number_of, reader
 from escort_mj.components.rays import is_between
 from escort_mj.components.setup import MissionSetup
 from escort_mj.native.fields import Array, Fields, Value
-from escort_mj.native.kernels import inlined, stack_memory, vector_at
+from escort_mj.native.kernels import inlined
+from escort_mj.native.vectors import norm, numbers_at
 from escort_mj.plan import Plan, State
 from escort_mj.radios import RADIOS, Radio
 
@@ -95,20 +96,15 @@ def may_pass(i: int, j: int, plan: Plan, state: State) -> bool:
         return False
     if not radio.blocked:
         return True
-    p = state.q.shape[1]
-    way = vector_at(stack_memory(), p)
-    for k in range(p):
-        way[k] = state.q[j, k] - state.q[i, k]
-    return not is_between(state.q[i], way, -1, plan, state)
+    q = numbers_at(state, state.q, i)
+    return not is_between(q, numbers_at(state, state.q, j) - q, -1, plan, state)
 
 
 @inlined
 def apart(i: int, j: int, plan: Plan, state: State) -> float:
     """Return the distance of two robots as the range of the radio is measured [m]."""
-    square = 0.0
-    for k in range(state.q.shape[1]):
-        square += (state.q[i, k] - state.q[j, k]) ** 2
-    return math.sqrt(square) - radio_of(plan).measure * (plan.robot_radius[i] + plan.robot_radius[j])
+    way = numbers_at(state, state.q, i) - numbers_at(state, state.q, j)
+    return norm(way) - radio_of(plan).measure * (plan.robot_radius[i] + plan.robot_radius[j])
 
 
 @inlined

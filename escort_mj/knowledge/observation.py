@@ -12,7 +12,7 @@ from escort_mj.knowledge.belief import target_place, target_speed
 from escort_mj.knowledge.teammates import know_teammates
 from escort_mj.native.fields import Array
 from escort_mj.native.kernels import inlined, merged
-from escort_mj.native.vectors import Vec, dot, norm, numbers_at, of_numbers, set_numbers_at
+from escort_mj.native.vectors import Vec, dot, norm, numbers_at, set_numbers_at, zero_like
 from escort_mj.plan import Plan, State
 from escort_mj.sensing.lidar import FAR
 
@@ -47,7 +47,7 @@ def observe(i: int, plan: Plan, state: State, largest_speed: float, sight: bool,
     n = state.q.shape[0]
     mates, opponents = min(n - 1, TEAMMATES), state.opponent_status.shape[0]
     count, radius = rows.shape[0], radius_of(i, plan, state)
-    q, way = numbers_at(state, state.q_measured, i), of_numbers(target_place(i, plan, state), 0.0, 0.0, 0.0)
+    q, way = numbers_at(state, state.q_measured, i), zero_like(target_place(i, plan, state))
     set_numbers_at(rows, 0, (target_place(i, plan, state) - q) / radius)
     set_numbers_at(rows, 1, target_speed(i, plan, state) / largest_speed)
     set_numbers_at(rows, 2, numbers_at(state, state.v_measured, i) / largest_speed)
@@ -85,7 +85,7 @@ def observe(i: int, plan: Plan, state: State, largest_speed: float, sight: bool,
         j = int(plan.opponent_obstacle[o])
         way, speed = numbers_at(state, places, j) - q, numbers_at(state, state.obstacle_velocity, j)
         square = dot(way, way)
-        gap = math.sqrt(square) - plan.seen_radius[j] - plan.robot_radius[i]
+        gap = norm(way) - plan.seen_radius[j] - plan.robot_radius[i]
         visible = not plan.informed or gap <= within
         if state.opponent_status[o] == COMES and square < least and visible:
             least = square

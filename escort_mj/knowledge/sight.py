@@ -19,8 +19,8 @@ from escort_mj.components.setup import MissionSetup
 from escort_mj.knowledge.belief import target_shown, target_speed_shown
 from escort_mj.native.fields import Array, Fields, Value
 from escort_mj.native.kernels import inlined, stack_memory, vector_at
-from escort_mj.native.on_demand import on_demand
-from escort_mj.native.vectors import dot, norm, numbers_at, numbers_from, set_numbers_at
+from escort_mj.native.on_demand import on_demand_unrolled
+from escort_mj.native.vectors import Vec, dot, norm, numbers_at, numbers_from, set_numbers_at
 from escort_mj.numerics.gaussian import SIGHT, fractions, normals
 from escort_mj.plan import Plan, State
 from escort_mj.radios.radio import Robots, Share
@@ -195,7 +195,7 @@ class SightState(Fields):
     seen_bearing: Annotated[Array, "informed", "p", Value("1", "measured direction, a unit vector")]
 
 
-@on_demand
+@on_demand_unrolled
 def sight_target(plan: Plan, state: State) -> None:
     """Measures the target for all robots that see it: `target_seen`, `seen_...`."""
     step, sight = int(state.step[0]), sight_of(plan)
@@ -215,46 +215,40 @@ def in_view(i: int, plan: Plan, state: State) -> bool:
     """Whether a robot sees its target, with teams all of its targets: only then it knows their middle."""
     targets = plan.target_team.shape[0]
     for place in range(max(targets, 1)):
-        point, radius, j = state.target_position, plan.target_radius, -1
+        point, radius, j = numbers_from(state, state.target_position, 0), plan.target_radius, -1
         if targets > 0:
             j = int(plan.target_obstacle[place])
             if state.obstacle_team[j] != state.member_of[i]:
                 continue
-            point, radius = state.obstacle_position[j], plan.obstacle_radius[j]
+            point, radius = numbers_at(state, state.obstacle_position, j), plan.obstacle_radius[j]
         if not _sees(i, point, radius, j, plan, state):
             return False
     return True
 
 
 @inlined
-def _sees(i: int, point: Array, radius: float, j: int, plan: Plan, state: State) -> bool:
+def _sees(i: int, point: Vec, radius: float, j: int, plan: Plan, state: State) -> bool:
     """Whether a target is near enough to a robot and in its field of view, and nothing hides it.
 
     Args:
         i: The robot.
-        point: Where the target is, shape (p,) [m].
+        point: Where the target is [m].
         radius: Of the target [m].
         j: Which obstacle it is, from 0; -1 for none.
         plan: Gives the sight.
         state: Gives where everything is.
     """
-    p, square, sight = state.q.shape[1], 0.0, sight_of(plan)
-    way = vector_at(stack_memory(), p)
-    for k in range(p):
-        way[k] = point[k] - state.q[i, k]
-        square += way[k] * way[k]
-    if math.sqrt(square) - plan.robot_radius[i] - radius > sight.range:
+    q, sight = numbers_at(state, state.q, i), sight_of(plan)
+    way = point - q
+    if norm(way) - plan.robot_radius[i] - radius > sight.range:
         return False
     if state.heading.shape[0] > 0:
-        ahead, length = 0.0, 0.0
-        for k in range(p):
-            ahead += way[k] * state.heading[i, k]
-            length += state.heading[i, k] ** 2
-        if ahead < sight.cosine * math.sqrt(square * length):
+        heading = numbers_at(state, state.heading, i)
+        if dot(way, heading) < sight.cosine * math.sqrt(dot(way, way) * dot(heading, heading)):
             return False
-    if sight.hidden and is_between(state.q[i], way, j, plan, state):
+    if sight.hidden and is_between(q, way, j, plan, state):
         return False
-    return not (sight.hidden_by_teammates and mate_between(i, state.q[i], way, plan, state))
+    return not (sight.hidden_by_teammates and mate_between(i, q, way, plan, state))
 
 
 @inlined

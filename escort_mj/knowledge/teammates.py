@@ -16,6 +16,7 @@ from escort_mj.native.kernels import inlined
 from escort_mj.native.lanes import (
     WIDTH,
     Lanes,
+    copy_numbers,
     everywhere,
     lane_numbers,
     least,
@@ -24,7 +25,7 @@ from escort_mj.native.lanes import (
     there,
     where,
 )
-from escort_mj.native.on_demand import on_demand
+from escort_mj.native.on_demand import on_demand_unrolled
 from escort_mj.native.vectors import (
     Vec,
     dot,
@@ -175,10 +176,11 @@ def _of_one_team(i: int, number: Lanes, plan: Plan, state: State) -> Any:
 @inlined
 def know_teammates(robot: int, plan: Plan, state: State) -> None:
     """Write where a robot knows itself and its teammates to be, by their numbers: `mate_...`."""
-    for j in range(state.q.shape[0]):
+    n, p = state.q.shape
+    for j in range(n):
         state.mate_unknown[j] = 1.0
     state.mate_unknown[robot] = state.lost[robot]
-    set_numbers_at(state.mate_position, robot, numbers_at(state, state.q_measured, robot))
+    copy_numbers(state.q_measured[robot], state.mate_position[robot], p)
     for place in range(places_of(state)):
         j, age = mate_at(robot, place, plan, state)
         if j >= 0:
@@ -209,17 +211,18 @@ def may_be(
         bodies [m], and the unit vector away from the center; the first axis at it.
     """
     mate, age = heard_at(robot, place, plan, state)
-    q, speed = numbers_at(state, state.q_measured, robot), norm(heard_velocity(robot, place, state))
+    q = numbers_at(state, state.q_measured, robot)
     if mate < 0:
         return mate, 0.0, 0.0, q
-    fastest, acceleration = max(plan.max_speed, speed), plan.mate_acceleration[mate]
+    fastest = max(plan.max_speed, norm(heard_velocity(robot, place, state)))
+    acceleration = plan.mate_acceleration[mate]
     carried = min(age, fastest / acceleration)
     ball = 0.5 * acceleration * carried * (carried + plan.timestep) + fastest * (age - carried)
     away, distance = unit_of(q - teammate_place(robot, place, carried, state))
     return mate, distance, to_surface * (plan.robot_radius[robot] + plan.robot_radius[mate]) + ball, away
 
 
-@on_demand
+@on_demand_unrolled
 def find_nearest_heard(i: int, safe: float, to_surface: float, plan: Plan, state: State) -> None:
     """Write how near a teammate may be by now that robots i to i + 7 have heard, and the ways away from it.
 

@@ -18,6 +18,7 @@ from escort_mj.native import artifacts
 from escort_mj.native.fields import Array
 from escort_mj.native.kernels import DOUBLE, inlined, matrix_at, merged, vector_at
 from escort_mj.native.on_demand import CLASSES, callback, piece_of
+from escort_mj.native.vectors import Vec, dot, norm, numbers_at, numbers_from
 from escort_mj.plan import Plan, State
 
 WEIGHTS = ("radius", "spacing", "command", "clearance", "touch", "breach", "capture")
@@ -56,14 +57,10 @@ def perceive(plan: Plan, state: State, memory: int, settings: int, commanded: in
     for o in range(state.opponent_status.shape[0]):
         reached += 1.0 if state.opponent_status[o] == REACHED else 0.0
     for i in range(n):
-        center, radius = _middle(i, plan, state), radius_of(i, plan, state)
-        square, from_target, effort = 0.0, 0.0, 0.0
-        for k in range(p):
-            square += (state.q[i, k] - center[k]) ** 2
-            from_target += (state.q[i, k] - state.target_position[k]) ** 2
-            effort += shares[i, k] ** 2
-        distance = math.sqrt(square)
-        near = near and math.sqrt(from_target) < wish[BOUND]
+        radius = radius_of(i, plan, state)
+        q, share = numbers_at(state, state.q, i), numbers_at(state, shares, i)
+        distance, effort = norm(q - _middle(i, plan, state)), dot(share, share)
+        near = near and norm(q - numbers_from(state, state.target_position, 0)) < wish[BOUND]
         for g in range(state.clearance.shape[1]):
             least = state.clearance[i, g]
             clearance[i] = clearance[i] if clearance[i] <= least else least
@@ -89,25 +86,24 @@ def perceive(plan: Plan, state: State, memory: int, settings: int, commanded: in
     whole[0] = 1.0 if near and is_sound(plan, memory, int(wish[BEGIN]), int(wish[END])) else 0.0
 
 
-@merged
-def _middle(robot: int, plan: Plan, state: State) -> Array:
+@inlined
+def _middle(robot: int, plan: Plan, state: State) -> Vec:
     """Return where the target of a robot truly is: of its team, the middle of the targets [m]."""
     if plan.team_radius.shape[0] > 0:
-        return state.team_center[int(state.member_of[robot]) - 1]
-    return state.target_position
+        return numbers_at(state, state.team_center, int(state.member_of[robot]) - 1)
+    return numbers_from(state, state.target_position, 0)
 
 
 @inlined
 def _spacing(robot: int, wish: Array, plan: Plan, state: State) -> float:
     """Return how far the nearest teammate of a robot is, as a share of the even spacing of its team."""
-    n, p = state.q.shape
+    n = state.q.shape[0]
     if plan.team_radius.shape[0] == 0:
         return state.robot_distance_min[robot] / wish[EVEN + n - 1]
     nearest, team = math.inf, int(state.member_of[robot]) - 1
     for j in range(n):
-        square = 0.0
-        for k in range(p):
-            square += (state.q[j, k] - state.q[robot, k]) ** 2
+        way = numbers_at(state, state.q, j) - numbers_at(state, state.q, robot)
+        square = dot(way, way)
         if j != robot and state.member_of[j] == team + 1.0 and state.lost[j] == 0.0:
             nearest = min(nearest, square)
     if nearest == math.inf or state.lost[robot] != 0.0:

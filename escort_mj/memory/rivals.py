@@ -14,8 +14,9 @@ from escort_mj.components.movers import COMES, INTERCEPTED, REACHED
 from escort_mj.control.opponents import aim
 from escort_mj.memory.layout import unpack_plan, unpack_state
 from escort_mj.native import artifacts
-from escort_mj.native.kernels import DOUBLE, matrix_at, merged, stack_memory, vector_at
+from escort_mj.native.kernels import DOUBLE, matrix_at, merged, vector_at
 from escort_mj.native.on_demand import callback, piece_of
+from escort_mj.native.vectors import dot, norm, numbers_at, numbers_from, set_numbers
 from escort_mj.plan import Plan, State
 from escort_mj.policies.body import body_at, policy_view
 from escort_mj.policies.learned import ROBOTS, perceive
@@ -41,30 +42,27 @@ def perceive_rivals(plan: Plan, state: State, weights: int, commanded: int, foun
     p, bodies, opponents = state.q.shape[1], plan.mover_opponent.shape[0], plan.opponent_obstacle.shape[0]
     width = SEEN + (3 + 2 * ROBOTS) * p
     wish, shares = vector_at(weights, len(WEIGHTS)), matrix_at(commanded, opponents, p)
-    kept = vector_at(stack_memory(), 2 * p)
-    for k in range(p):
-        kept[k], kept[p + k] = state.target_position[k], state.target_velocity[k]
+    position = numbers_from(state, state.target_position, 0)
+    velocity = numbers_from(state, state.target_velocity, 0)
     for b in range(bodies):
         o = int(plan.mover_opponent[b])
         if o < 0:
             continue
         if plan.team_radius.shape[0] > 0:
             aim(b, plan, state)
-        row, square, effort = vector_at(found + DOUBLE * width * o, SEEN), 0.0, 0.0
-        for k in range(p):
-            square += (state.target_position[k] - state.mover_position[b, k]) ** 2
-            effort += shares[o, k] ** 2
-        distance, status, reward = math.sqrt(square), state.opponent_status[o], 0.0
+        row, share = vector_at(found + DOUBLE * width * o, SEEN), numbers_at(state, shares, o)
+        way = numbers_from(state, state.target_position, 0) - numbers_at(state, state.mover_position, b)
+        distance, status, reward = norm(way), state.opponent_status[o], 0.0
         nearer = (row[DISTANCE] - distance) / plan.radius
         if row[STATUS] == COMES:
-            reward = wish[0] * (nearer if abs(nearer) < math.inf else 0.0) - wish[3] * effort / p
+            reward = wish[0] * (nearer if abs(nearer) < math.inf else 0.0) - wish[3] * dot(share, share) / p
         if row[STATUS] <= COMES:
             reward += wish[1] if status == REACHED else -wish[2] if status == INTERCEPTED else 0.0
         row[REWARD], row[DISTANCE], row[STATUS] = reward, distance, status
         seen = vector_at(found + DOUBLE * (width * o + SEEN), width - SEEN)
         perceive(body_at(b, policy_view(state)), plan.mover_speed[b], seen)
-    for k in range(p):
-        state.target_position[k], state.target_velocity[k] = kept[k], kept[p + k]
+    set_numbers(state.target_position, 0, position)
+    set_numbers(state.target_velocity, 0, velocity)
 
 
 @callback(2, 3)

@@ -141,16 +141,6 @@ def load_triples(array: Array, at: int) -> Any:
     return tuple(_numbers(array, at, 3 * WIDTH).reshape(WIDTH, 3).T.copy())
 
 
-def store_pairs(array: Array, at: int, x: Any, y: Any) -> Any:
-    """Writes pairs (x, y) to an array, as if it were flat, one behind the other."""
-    _numbers(array, at, 2 * WIDTH).reshape(WIDTH, 2).T[:] = x, y
-
-
-def store_triples(array: Array, at: int, x: Any, y: Any, z: Any) -> Any:
-    """Writes triples (x, y, z) to an array, as if it were flat, one behind the other."""
-    _numbers(array, at, 3 * WIDTH).reshape(WIDTH, 3).T[:] = x, y, z
-
-
 def two_to(shifted: Any) -> Any:
     """2**n for n + 1.5 * 2**52: that sum leaves n in the lowest bits, from where it moves to the exponent."""
     return np.ldexp(1.0, (shifted - 1.5 * 2.0**52).astype(int))
@@ -199,19 +189,6 @@ def load_rows(array: Array, i: int, rows: Array) -> None:
     else:
         for k in range(p):
             set_row(rows, k, gather(array, i * p + k, p))
-
-
-@inlined
-def store_rows(array: Array, i: int, rows: Array) -> None:
-    """Writes rows i to i + 7 of a matrix, each row of scratch to one column."""
-    p = rows.shape[0]
-    if p == 2:
-        store_pairs(array, 2 * i, row_of(rows, 0), row_of(rows, 1))
-    elif p == 3:
-        store_triples(array, 3 * i, row_of(rows, 0), row_of(rows, 1), row_of(rows, 2))
-    else:
-        for k in range(p):
-            scatter(array, i * p + k, p, row_of(rows, k))
 
 
 @inlined

@@ -129,7 +129,13 @@ def of_numbers(x: Vec, first: float, second: float, third: float) -> Vec:
 def unit_of(x: Vec) -> tuple[Vec, Any]:
     """Return the unit vector along another, the first axis where that has length 0, and that length."""
     length = norm(x)
-    return where(length > 0.0, x / length, unit_axis(x, 0)), length
+    return where(length > 0.0, x / where(length > 0.0, length, 1.0), unit_axis(x, 0)), length
+
+
+@inlined
+def zero_like(x: Vec) -> Vec:
+    """Return the zero vector with as many axes as another vector of numbers."""
+    return of_numbers(x, 0.0, 0.0, 0.0)
 
 
 # How vectors and memory meet. The first argument, a view of the state, says how many axes there are; of

@@ -16,7 +16,8 @@ from escort_mj.components.component import block_at, reader
 from escort_mj.components.rays import stretch_in
 from escort_mj.components.setup import MissionSetup
 from escort_mj.native.fields import Array, Fields, Recorded, Value
-from escort_mj.native.on_demand import on_demand
+from escort_mj.native.on_demand import on_demand_unrolled
+from escort_mj.native.vectors import dot, numbers_at, set_numbers_at
 from escort_mj.numerics.gaussian import LIDAR, normals
 from escort_mj.plan import Plan, State
 from escort_mj.sensors import Lidar
@@ -68,30 +69,29 @@ def widest_gap(count: int, axes: int) -> float:
     return 2.0 * math.pi / count if axes == 2 else 1.5 * math.sqrt(4.0 * math.pi / count)
 
 
-@on_demand
+@on_demand_unrolled
 def scan(plan: Plan, state: State) -> None:
     """Scan from all robots, if that is due: `lidar_point`."""
     step, lidar = int(state.step[0]), read_lidar(block_at(plan.lidar_place, plan), 0)
     every = max(round(1.0 / (lidar.rate * plan.timestep)), 1)
     if step % every != 0 and state.evaluated[0] > 0.0:
         return
-    (n, p), m, rays = state.q.shape, plan.obstacle_radius.shape[0], plan.lidar_rays.shape[0]
-    for i in range(n):
+    m, rays = plan.obstacle_radius.shape[0], plan.lidar_rays.shape[0]
+    for i in range(state.q.shape[0]):
+        q = numbers_at(state, state.q, i)
         for r in range(rays):
             state.ray_length[r], state.ray_obstacle[r] = lidar.range, NOTHING
         for j in range(m):
             state.lidar_nearest[i * m + j] = math.inf
-            for k in range(p):
-                state.lidar_point[i * m + j, k] = FAR
-            square, ball = 0.0, plan.obstacle_radius[j]
+            state.lidar_point[i * m + j] = FAR
+            ball = plan.obstacle_radius[j]
             if ball == 0.0:
                 ball = plan.shape_reach[j] + abs(plan.shape_lift[j])
-            for k in range(p):
-                square += (state.q[i, k] - state.obstacle_position[j, k]) ** 2
-            if square > (lidar.range + ball) ** 2:
+            way = q - numbers_at(state, state.obstacle_position, j)
+            if dot(way, way) > (lidar.range + ball) ** 2:
                 continue
             for r in range(rays):
-                first, last = stretch_in(j, state.q[i], plan.lidar_rays[r], plan, state)
+                first, last = stretch_in(j, q, numbers_at(state, plan.lidar_rays, r), plan, state)
                 first = max(first, 0.0)
                 if first < last and first < state.ray_length[r]:
                     state.ray_length[r], state.ray_obstacle[r] = first, float(j)
@@ -108,5 +108,5 @@ def scan(plan: Plan, state: State) -> None:
             row = i * m + int(state.ray_obstacle[r])
             if length < state.lidar_nearest[row]:
                 state.lidar_nearest[row] = length
-                for k in range(p):
-                    state.lidar_point[row, k] = state.q_measured[i, k] + length * plan.lidar_rays[r, k]
+                point = numbers_at(state, state.q_measured, i)
+                set_numbers_at(state.lidar_point, row, point + length * numbers_at(state, plan.lidar_rays, r))

@@ -12,8 +12,14 @@ from numpy.typing import NDArray
 
 from escort_mj.components.parameters import UNLIMITED
 from escort_mj.native.kernels import inlined
-from escort_mj.native.lanes import WIDTH, copy_lanes, load_rows, row_of, set_row, stack_rows, store_rows
+from escort_mj.native.lanes import (
+    WIDTH,
+    copy_lanes,
+    copy_numbers,
+    stack_rows,
+)
 from escort_mj.native.on_demand import on_demand_unrolled
+from escort_mj.native.vectors import part_at, rows_at, set_rows
 from escort_mj.numerics.noise import OF_ROBOT, OF_TARGET, chance, draw_points
 from escort_mj.plan import Plan, State
 from escort_mj.sensing.sensors import plain_at
@@ -33,9 +39,8 @@ def measure_all(plan: Plan, state: State) -> None:
     if plan.perfect:
         copy_lanes(state.q, state.q_measured, n * p)
         copy_lanes(state.v, state.v_measured, n * p)
-        for k in range(p):
-            state.target_position_measured[k] = state.target_position[k]
-            state.target_velocity_measured[k] = state.target_velocity[k]
+        copy_numbers(state.target_position, state.target_position_measured, p)
+        copy_numbers(state.target_velocity, state.target_velocity_measured, p)
     else:
         take_measurements(plan, state)
 
@@ -87,16 +92,13 @@ def _add_noise(rate: int, first: int, points: Array, plan: Plan, state: State) -
         plan: Gives the sensors.
         state: Gives the truth; what is measured is written.
     """
-    p = state.q.shape[1]
     truth = state.q if rate == 0 else state.v
     measured = state.q_measured if rate == 0 else state.v_measured
-    radius, at = plain_at(rate, plan).noise, p * _point_of(rate, 0, plan)
-    rows = stack_rows(p)
-    load_rows(truth, first, rows)
+    radius, shown = plain_at(rate, plan).noise, rows_at(state, truth, first)
     if radius > 0.0:
-        for k in range(p):
-            set_row(rows, k, row_of(rows, k) + radius * row_of(points, at + k))
-    store_rows(measured, first, rows)
+        point = part_at(state, points, state.q.shape[1] * _point_of(rate, 0, plan))
+        shown = shown + radius * point
+    set_rows(measured, first, shown)
 
 
 @inlined
@@ -163,8 +165,7 @@ def _remember(
     """
     delay, first = int(plan.sensor_delay[channel]), int(plan.sensor_past[channel]) + index
     now = first + evaluated % (delay + 1) * bodies
-    for k in range(truth.shape[0]):
-        past[now, k] = truth[k]
+    copy_numbers(truth, past[now], truth.shape[0])
     return first + max(evaluated - delay, 0) % (delay + 1) * bodies
 
 

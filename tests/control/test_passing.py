@@ -47,8 +47,9 @@ def test_what_a_box_sweeps_is_as_wide_as_its_corners() -> None:
         extent, motion = rng.uniform(0.1, 2.0, 2), rng.normal(size=2)
         across = np.array([-motion[1], motion[0]]) / np.linalg.norm(motion)
         corners = extent * np.array([[1, 1], [1, -1], [-1, 1], [-1, -1]])
-        assert breadth(extent, motion) == pytest.approx((corners @ across).max())
-        assert widths(extent, motion) == pytest.approx(breadth(extent, motion), abs=1e-12)
+        wide = breadth(extent, motion, float(np.linalg.norm(motion)))
+        assert wide == pytest.approx((corners @ across).max())
+        assert widths(extent, motion) == pytest.approx(wide, abs=1e-12)
 
 
 def test_fleeing_ahead_leaves_the_speed_limit_its_rest() -> None:

@@ -26,7 +26,6 @@ from escort_mj.native.lanes import (
     set_row,
     stack_rows,
     store,
-    store_rows,
     total,
     where,
 )
@@ -86,7 +85,8 @@ def weave(matrix, columns, sums):
             square = square + row_of(x, k) * row_of(x, k)
             set_row(x, k, 2.0 * row_of(x, k))
         store(sums, at, square)
-        store_rows(columns, at, x)
+        for k in range(p):
+            scatter(columns, at * p + k, p, row_of(x, k))
 
 
 @pytest.mark.parametrize("count", [1, 7, 8, 9, 20])

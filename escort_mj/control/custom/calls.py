@@ -79,24 +79,30 @@ def _note_wrong(block: int, robot: int, state: State) -> None:
     note_failure(block, plan_at, state_at, WRONG - robot)
 
 
+@inlined
+def _sum_of(numbers: Array) -> float:
+    """Return the sum of a row of numbers: it is finite where all of them are."""
+    total = 0.0
+    for k in range(numbers.shape[0]):
+        total += numbers[k]
+    return total
+
+
 @merged
 def custom_law(plan: Plan, state: State) -> None:
     """Has a plugin's law write forces and rates; where it fails, no force is a number any more."""
-    n, p = state.q.shape
+    n = state.q.shape[0]
     for i in range(n):
-        for k in range(p):
-            state.tau[i, k] = 0.0
-            state.rho_hat_rate[i, k] = 0.0
+        state.tau[i] = 0.0
+        state.rho_hat_rate[i] = 0.0
     block = data_address(plan.parameters)
     if _fails(block, state):
         for i in range(n):
-            for k in range(p):
-                state.tau[i, k] = math.nan
+            state.tau[i] = math.nan
         return
     for i in range(n):
-        for k in range(p):
-            if not math.isfinite(state.tau[i, k]):
-                _note_wrong(block, i, state)
+        if not math.isfinite(_sum_of(state.tau[i])):
+            _note_wrong(block, i, state)
 
 
 @on_demand
@@ -106,15 +112,11 @@ def custom_policy(block: int, b: int, plan: Plan, state: State) -> int:
     Returns:
         What the policy returned.
     """
-    total = 0.0
     failed, acts = _asked(block, b, state)
-    for k in range(state.q.shape[1]):
-        total += state.mover_wish[b, k]
-    if not failed and not math.isfinite(total):
-        _note_wrong(block, b, state)
     if failed:
-        for k in range(state.q.shape[1]):
-            state.mover_wish[b, k] = math.nan
+        state.mover_wish[b] = math.nan
+    elif not math.isfinite(_sum_of(state.mover_wish[b])):
+        _note_wrong(block, b, state)
     return acts
 
 
@@ -123,15 +125,11 @@ def custom_estimator(block: int, i: int, plan: Plan, state: State) -> None:
     """Has a plugin's estimator change the belief of robot i; where it fails, that is not a number."""
     failed, _ = _asked(block, i, state)
     total = state.belief_time[i] + state.belief_fix[i]
-    for k in range(state.belief.shape[1]):
-        total += state.belief[i, k]
-    for k in range(state.belief_covariance.shape[1]):
-        total += state.belief_covariance[i, k]
+    total += _sum_of(state.belief[i]) + _sum_of(state.belief_covariance[i])
     if not failed and not math.isfinite(total):
         _note_wrong(block, i, state)
     if failed or not math.isfinite(total):
-        for k in range(state.belief.shape[1]):
-            state.belief[i, k] = math.nan
+        state.belief[i] = math.nan
 
 
 @on_demand
@@ -144,8 +142,7 @@ def custom_radio(block: int, question: int, plan: Plan, state: State) -> None:
     state.message_due[0] = state.message_lost[0] = state.message_delay[0] = 0.0
     failed, _ = _asked(block, question, state)
     total, lost = state.message_due[0] + state.message_delay[0], state.message_lost[0]
-    for row in range(state.link_memory.shape[0]):
-        total += state.link_memory[row]
+    total += _sum_of(state.link_memory)
     good = math.isfinite(total) and state.message_delay[0] >= 0.0 and (lost == 0.0 or lost == 1.0)
     if question == SENDS and state.message_due[0] <= state.next_message[sender]:
         good = False
@@ -159,26 +156,21 @@ def custom_radio(block: int, question: int, plan: Plan, state: State) -> None:
 @on_demand
 def custom_disturbance(block: int, plan: Plan, state: State) -> None:
     """Has a plugin's disturbance write its forces; where it fails, they are no numbers."""
-    n, p = state.q.shape
     failed = _fails(block, state)
-    for i in range(n):
-        for k in range(p):
-            if failed:
-                state.disturbance_force[i, k] = math.nan
-            elif not math.isfinite(state.disturbance_force[i, k]):
-                _note_wrong(block, i, state)
+    for i in range(state.q.shape[0]):
+        if failed:
+            state.disturbance_force[i] = math.nan
+        elif not math.isfinite(_sum_of(state.disturbance_force[i])):
+            _note_wrong(block, i, state)
 
 
 @on_demand
 def custom_failure(block: int, i: int, plan: Plan, state: State) -> None:
     """Has a plugin's failure command the motors of robot i; where it fails, their forces are no numbers."""
-    total = 0.0
     failed, _ = _asked(block, i, state)
-    for k in range(state.q.shape[1]):
-        total += state.failure_command[i, k]
-        if failed:
-            state.failure_command[i, k] = math.nan
-    if not failed and not math.isfinite(total):
+    if failed:
+        state.failure_command[i] = math.nan
+    elif not math.isfinite(_sum_of(state.failure_command[i])):
         _note_wrong(block, i, state)
 
 
@@ -226,12 +218,9 @@ def _ask_plugin(block: int, i: int, plan: Plan, state: State) -> None:
     """Has a plugin's behavior keep its task for robots i to i + 7; where it fails, it asks for no numbers."""
     failed, _ = _asked(block, i, state)
     for robot in range(i, min(i + WIDTH, state.q.shape[0])):
-        total = state.asked[robot, ERROR]
-        for k in range(state.q.shape[1]):
-            if failed:
-                state.asked_velocity[robot, k] = math.nan
-            total += state.asked_velocity[robot, k]
+        total = state.asked[robot, ERROR] + _sum_of(state.asked_velocity[robot])
         if failed:
+            state.asked_velocity[robot] = math.nan
             state.asked[robot, DIRECTIONS] = state.asked[robot, ACTIVE] = 1.0
         elif state.asked[robot, ACTIVE] != 0.0 and not math.isfinite(total):
             _note_wrong(block, robot, state)

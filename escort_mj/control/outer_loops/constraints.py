@@ -26,7 +26,7 @@ from escort_mj.control.outer_loops.passing import (
 from escort_mj.knowledge.belief import target_place, target_speed
 from escort_mj.knowledge.teammates import heard_velocity, may_be, places_of
 from escort_mj.native.kernels import inlined, stack_memory, vector_at
-from escort_mj.native.vectors import Vec, dot, norm, numbers_at, of_numbers, set_numbers_at, unit_of, where
+from escort_mj.native.vectors import Vec, dot, norm, numbers_at, set_numbers_at, unit_of, where, zero_like
 from escort_mj.numerics.neighbors import ALL
 from escort_mj.plan import Plan, State
 
@@ -216,16 +216,16 @@ def _consider(
             if not plan.informed:
                 motion = 0.5 * (motion + team_motion(mate, rules, plan, state))
             elif not followed:
-                motion = of_numbers(motion, 0.0, 0.0, 0.0)  # neither knows how the other's targets move
+                motion = zero_like(motion)  # neither knows how the other's targets move
         velocity = numbers_at(state, state.v_measured, mate)
         if heard >= 0:
             velocity = heard_velocity(robot, heard, state)
         pursuit = rules.foresees * dot(direction, velocity)
-    along, pace_of_body = dot(direction, motion), norm(motion)
+    along, pace_of_body = dot(direction, motion), norm(motion) if share == 1.0 else 0.0
     outrun = share == 1.0 and rules.foresees != 0.0 and along > 0.0
     lead, wide = lead_of(pace_of_body, plan.max_speed) if outrun else 0.0, 0.0
     if lead > 0.0 and mate < 0:
-        wide = breadth(plan.obstacle_extent[other], state.obstacle_velocity[other])
+        wide = breadth(plan.obstacle_extent[other], state.obstacle_velocity[other], pace_of_body)
     lead *= reach + wide
     full = approach(margin - lead, rules)
     allowed = share * full

@@ -25,7 +25,7 @@ from escort_mj.control.outer_loops.passing import turn
 from escort_mj.native.fields import Array as Field
 from escort_mj.native.fields import Fields, Value
 from escort_mj.native.kernels import inlined
-from escort_mj.native.vectors import Vec, numbers_at, of_numbers
+from escort_mj.native.vectors import Vec, numbers_at, zero_like
 from escort_mj.plan import State
 
 Array = NDArray[np.float64]
@@ -125,7 +125,7 @@ def follow_boundary(
                     blocked = middle
             return _toward(side * free, share * speed, into, tangent)
         share *= 0.5
-    return of_numbers(v, 0.0, 0.0, 0.0)
+    return zero_like(v)
 
 
 @inlined

@@ -15,10 +15,10 @@ from escort_mj.native.vectors import (
     norm,
     numbers_at,
     numbers_from,
-    of_numbers,
     set_numbers,
     set_numbers_at,
     unit_axis,
+    zero_like,
 )
 
 Array = NDArray[np.float64]
@@ -78,14 +78,14 @@ def _is_broken(rows: Array, bounds: Array, count: int, but: int, v: Vec) -> bool
 @inlined
 def _minimize(rows: Array, bounds: Array, count: int, stiffness: float, nominal: Vec) -> Vec:
     """Return the velocity that `nearest_velocity` finds, where rows may be of any length."""
-    p, v, scale = len(nominal), nominal, norm(nominal)
+    p, v, square = len(nominal), nominal, dot(nominal, nominal)
     hessian = matrix_at(stack_memory(), p, p)
     for _ in range(MOST_STEPS):
         cost = _cost(rows, bounds, count, stiffness, nominal, v)
         gradient = _differentiate(rows, bounds, count, stiffness, nominal, v, hessian)
         step = _solution(hessian, gradient)
-        slope, scale = dot(gradient, step), max(scale, norm(v))
-        if norm(step) <= CLOSE * scale:
+        slope, square = dot(gradient, step), max(square, dot(v, v))
+        if dot(step, step) <= CLOSE * CLOSE * square:
             break
         share, trial = 1.0, v
         for _halving in range(HALVINGS):
@@ -117,7 +117,7 @@ def keep_limit(rows: Array, bounds: Array, count: int, most: float, v: Vec) -> t
     """
     if not norm(v) > most:
         return True, v
-    _, slowest = nearest_velocity(rows, bounds, count, STIFFNESS, of_numbers(v, 0.0, 0.0, 0.0))
+    _, slowest = nearest_velocity(rows, bounds, count, STIFFNESS, zero_like(v))
     return _slow_down(most, slowest, v)
 
 
@@ -149,7 +149,7 @@ def break_least(
         most: The limit [m/s].
         v: The nominal velocity [m/s].
     """
-    soft, low, high, rest = 1.0 / STIFFNESS, 1.0 / STIFFNESS, 0.0, of_numbers(v, 0.0, 0.0, 0.0)
+    soft, low, high, rest = 1.0 / STIFFNESS, 1.0 / STIFFNESS, 0.0, zero_like(v)
     for j in range(count):
         weight = LEAST_WEIGHT * min(max(near / max(gaps[j], 1e-300), 1.0), 1.0 / LEAST_WEIGHT)
         bounds[j] *= weight

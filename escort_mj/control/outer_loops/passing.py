@@ -13,7 +13,6 @@ from escort_mj.behaviors.behavior import Avoidance
 from escort_mj.native.kernels import inlined
 from escort_mj.native.lanes import Lanes, where
 from escort_mj.native.vectors import Vec, dot, norm, turned, unit_of
-from escort_mj.numerics.vectors import length_of
 
 Array = NDArray[np.float64]
 
@@ -101,14 +100,15 @@ def lead_of(speed: float, most: float) -> float:
 
 
 @inlined
-def breadth(extent: Array, motion: Array) -> float:
+def breadth(extent: Array, motion: Array, speed: float) -> float:
     """Return how far a box around the middle of a path reaches to the side of it, at most [m].
 
     Args:
         extent: Half of the box, which stands upright, shape (p,) [m].
         motion: Velocity along the path, likewise [m/s].
+        speed: Its length [m/s].
     """
-    speed, wide = length_of(motion), 0.0
+    wide = 0.0
     for k in range(extent.shape[0]):
         wide += extent[k] * math.sqrt(max(1.0 - (motion[k] / speed) ** 2, 0.0))
     return wide

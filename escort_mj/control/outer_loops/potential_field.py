@@ -15,7 +15,7 @@ from escort_mj.control.outer_loops.outer_loop import OuterLoop
 from escort_mj.knowledge.teammates import may_be, places_of
 from escort_mj.native.kernels import inlined
 from escort_mj.native.lanes import WIDTH, Lanes, any_of, everywhere, greatest
-from escort_mj.native.vectors import Vec, dot, norm, numbers_at, of_numbers, set_numbers_at, unit_axis, where
+from escort_mj.native.vectors import Vec, dot, norm, numbers_at, set_numbers_at, unit_axis, where, zero_like
 from escort_mj.plan import Plan, State
 
 
@@ -106,7 +106,7 @@ def _push_of_heard(avoid: Avoidance, gain: float, least_distance: float, r: Robo
     """Return what teammates add to velocities that robots hear; arguments are those of `repulsion`."""
     safe = avoid.heard_distance
     for robot in range(r.i, min(r.i + WIDTH, r.state.q.shape[0])):
-        push = of_numbers(numbers_at(r.state, r.state.q, robot), 0.0, 0.0, 0.0)
+        push = zero_like(numbers_at(r.state, r.state.q, robot))
         for place in range(places_of(r.state)):
             mate, apart, covered, away = may_be(robot, place, avoid.to_surface, r.plan, r.state)
             if mate >= 0 and apart < safe + covered:

@@ -416,24 +416,8 @@ def _reading_woven(count: int) -> Callable[..., Any]:
     return read
 
 
-def _write_woven(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
-    columns = [_wide(builder, value) for value in arguments[2:]]
-    write_woven(builder, *_place(context, builder, sig, arguments), columns)
-    return context.get_dummy_value()
-
-
 instructions_of(names.load_pairs)(_reading_woven(2))
 instructions_of(names.load_triples)(_reading_woven(3))
-
-
-@instructions_of(names.store_pairs)
-def _store_pairs(context: Any, array: Any, at: Any, x: Any, y: Any) -> Any:
-    return types.void(array, at, x, y), _write_woven
-
-
-@instructions_of(names.store_triples)
-def _store_triples(context: Any, array: Any, at: Any, x: Any, y: Any, z: Any) -> Any:
-    return types.void(array, at, x, y, z), _write_woven
 
 
 @instructions_of(names.two_to)
