@@ -8,6 +8,7 @@ and put right; what takes too long is broken off.
 
 from __future__ import annotations
 
+import _sitebuiltins
 import _thread
 import ctypes
 import math
@@ -57,6 +58,7 @@ _REFUSED = {
 _UNANNOUNCED = (
     (os, "_exit", "ends the process (os._exit)"),
     (os, "abort", "ends the process (os.abort)"),
+    (_sitebuiltins.Quitter, "__call__", "ends the process (quit, exit), and closes standard input"),
     (os, "write", "writes to standard output"),
     (signal, "raise_signal", "sends a signal"),
     (threading, "_start_new_thread", "starts a thread"),
