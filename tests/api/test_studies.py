@@ -64,12 +64,6 @@ def test_a_sweep_is_a_table_and_goes_on(study: str) -> None:
     assert Path(result.report()).name == "report.html"
 
 
-def test_laws_are_compared(study: str) -> None:
-    result = escort_mj.compare("one.yaml", "pd", workers=1, progress=False)
-    assert result.folder == Path("renders/compare/one") and result.passed
-    assert result.table["controller"].tolist() == ["pd"] and "1 runs: 1 new" in result.lines[0]
-
-
 def test_tuning_and_falsifying_are_tables(study: str) -> None:
     tuned = escort_mj.tune(study, "tuned", workers=1)
     assert len(tuned.table) == 3 and "controller.slope" in tuned.table
