@@ -1,4 +1,4 @@
-"""Do what a small network of a file makes of what each robot observes, found by training."""
+"""Command the velocity that a trained network of a file computes from what each robot observes."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from escort_mj.behaviors.behavior import Behavior
 from escort_mj.behaviors.robots import Robots
 from escort_mj.behaviors.task import Task, move
 from escort_mj.components.facts import Facts, Misfit
-from escort_mj.components.network import WIDEST, Network, ask_network, networks_of
+from escort_mj.components.network import WIDEST, Network, evaluate_network, networks_of
 from escort_mj.components.setup import MissionSetup
 from escort_mj.knowledge.observation import observe, observed_speed, vectors_observed
 from escort_mj.native.fields import Array, Fields, Value
@@ -27,7 +27,7 @@ EARLY = 1e-9  # s
 class LearnedParameters(Fields):
     """The networks that robots follow, of each behavior `learned`."""
 
-    learned_network: Annotated[Array, "learned", Value("1", "where it begins in `networks`")]
+    learned_offset: Annotated[Array, "learned", Value("1", "where it begins in `networks`")]
     learned_interval: Annotated[Array, "learned", Value("s", "time between its evaluations")]
     learned_phase: Annotated[Array, "learned", Value("1", "phase that the behavior is of")]
     learned_speed: Annotated[float, Value("m/s", "that the velocities of networks are shares of")]
@@ -35,10 +35,10 @@ class LearnedParameters(Fields):
 
     @classmethod
     def packed(cls, setup: MissionSetup) -> dict[str, Any]:
-        """Return the values of the fields for a mission."""
+        """Return the buffer of the fields for a mission."""
         found, places = setup.numbered(LearnedBehavior), networks_of(setup)[1]
         return {
-            "learned_network": [places[behavior] for _, behavior in found],
+            "learned_offset": [places[behavior] for _, behavior in found],
             "learned_interval": [behavior.interval for _, behavior in found],
             "learned_phase": [phase for phase, _ in found],
             "learned_speed": observed_speed(setup.max_speed),
@@ -47,17 +47,17 @@ class LearnedParameters(Fields):
 
 
 class LearnedState(Fields):
-    """What networks have answered."""
+    """Actions of the networks."""
 
-    learned_until: Annotated[Array, "learning", Value("s", "time of the next evaluation for each robot")]
-    learned_share: Annotated[Array, "learning", "p", Value("1", "velocity, as a share of `learned_speed`")]
-    learned_next: Annotated[Array, "learning", "p", Value("1", "that from the next step on")]
+    learned_due: Annotated[Array, "learning", Value("s", "time of the next evaluation, of each robot")]
+    learned_action: Annotated[Array, "learning", "p", Value("1", "velocity, as a share of `learned_speed`")]
+    learned_next_action: Annotated[Array, "learning", "p", Value("1", "that from the next step on")]
 
 
 class LearnedBehavior(Network, Behavior):
     """Move each robot at a velocity that a network computes from what the robot observes.
 
-    The network is given the observations of an environment (docs/environments.md) and answers an action: for
+    The network is given the observations of an environment (docs/environments.md) and scratch an action: for
     each axis a share, from -1 to 1, of `mission.max_speed` (2 m/s if not set). As in an environment, an
     answer to what a robot observes in one physics step holds from the next one on.
     """
@@ -79,30 +79,30 @@ class LearnedBehavior(Network, Behavior):
 
     def task(self, r: Robots) -> Task:
         """Return the task of all directions, with the velocity that the network has answered."""
-        velocity = where(r.there, r.plan.learned_speed * r.at(r.state.learned_share, 0), 0.0)
+        velocity = where(r.there, r.plan.learned_speed * r.at(r.state.learned_action, 0), 0.0)
         return move(velocity, everywhere(1.0), everywhere(0.0))
 
 
 @on_demand
-def ask_networks(plan: Plan, state: State) -> None:
-    """Write what networks answered in the step before, and ask those that are due; once per step.
+def evaluate_networks(plan: Plan, state: State) -> None:
+    """Apply the actions of the step before, and evaluate the networks that are due; once per step.
 
     Args:
         plan: Gives the networks, and which phase they are of.
         state: Gives what robots know; `learned_...` are written.
     """
     n, p = state.q.shape
-    values, answers = vector_at(stack_memory(), WIDEST), vector_at(stack_memory(), WIDEST)
-    observed = matrix_at(data_address(values), vectors_observed(n, state.opponent_status.shape[0]), p)
+    buffer, scratch = vector_at(stack_memory(), WIDEST), vector_at(stack_memory(), WIDEST)
+    observed = matrix_at(data_address(buffer), vectors_observed(n, state.opponent_status.shape[0]), p)
     for b in range(plan.learned_phase.shape[0]):
         for i in range(n):
             if state.phase[i] != plan.learned_phase[b]:
                 continue
-            set_numbers_at(state.learned_share, i, numbers_at(state, state.learned_next, i))
-            if state.time[0] < state.learned_until[i] - EARLY:
+            set_numbers_at(state.learned_action, i, numbers_at(state, state.learned_next_action, i))
+            if state.time[0] < state.learned_due[i] - EARLY:
                 continue
-            state.learned_until[i] = state.time[0] + plan.learned_interval[b]
+            state.learned_due[i] = state.time[0] + plan.learned_interval[b]
             observe(i, plan, state, plan.learned_speed, plan.learned_sight, observed)
-            ask_network(plan.networks, int(plan.learned_network[b]), values, answers)
+            evaluate_network(plan.networks, int(plan.learned_offset[b]), buffer, scratch)
             for k in range(p):
-                state.learned_next[i, k] = min(max(values[k], -1.0), 1.0)
+                state.learned_next_action[i, k] = min(max(buffer[k], -1.0), 1.0)

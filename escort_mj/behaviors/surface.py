@@ -35,7 +35,7 @@ class RadiusParameters(Fields):
     radius_functions: Annotated[Array, "radii", 2, Value("1", "first instruction and their number")]
     radius_fits: Annotated[Array, "radii", Value("1", "1 where it shrinks to the free space")]
     radius_least: Annotated[Array, "radii", Value("m", "smallest radius to which it shrinks")]
-    radius_margin: Annotated[Array, "radii", Value("m", "between the sphere and an obstacle")]
+    radius_clearance: Annotated[Array, "radii", Value("m", "safe distance of an obstacle from the sphere")]
     radius_index: Annotated[
         Array, "phases", Value("1", "index of the radius of a phase; -1 for the mission's or the team's")
     ]
@@ -47,7 +47,7 @@ class RadiusParameters(Fields):
         return {
             "radius_fits": [surface.fit for surface in own],
             "radius_least": [surface.least_radius(setup) for surface in own],
-            "radius_margin": [_margin(setup)] * len(own),
+            "radius_clearance": [_obstacle_clearance(setup)] * len(own),
             "radius_index": [
                 max((each.radius_index(setup) for each in stack if isinstance(each, Surface)), default=-1)
                 for stack in setup.stacks
@@ -118,9 +118,9 @@ class Surface(Behavior):
             return self.least
         body = float(setup.robot_radius.max())
         teammates = [max(each.teammate_distance, each.heard_distance) for each in setup.avoidance]
-        apart = 2.0 * body + max(teammates, default=0.0)
+        spacing = 2.0 * body + max(teammates, default=0.0)
         return max(
-            apart / widest_spacing(setup.count, setup.axes, 1.0),
+            spacing / widest_spacing(setup.count, setup.axes, 1.0),
             body + (setup.target_radius or 0.0) + setup.outer.target_margin(setup),
         )
 
@@ -135,7 +135,8 @@ class Surface(Behavior):
         return along(x, task.weight, task.velocity, task.active, abs(norm(x) - radius), task.value)
 
 
-def _margin(setup: MissionSetup) -> float:
+def _obstacle_clearance(setup: MissionSetup) -> float:
+    """Return the largest safe distance of a robot's center from an obstacle's surface [m]."""
     radius = float(setup.robot_radius.max())
     return max((each.safe_distance + each.to_surface * radius for each in setup.avoidance), default=radius)
 
@@ -148,26 +149,26 @@ def _lead_radius(radius: float, rate: float, gain: float) -> float:
 
 @inlined
 def fitted(
-    wanted: float, rate: float, room: float, opening: float, soft: float, least: float
+    desired: float, rate: float, free: float, free_rate: float, soft: float, least: float
 ) -> tuple[float, float]:
-    """Return the radius that fits into a room, and its rate, with a smooth transition at both ends.
+    """Return the radius that fits into free space, and its rate, with a smooth transition at both ends.
 
     Args:
-        wanted: Radius without obstacles [m].
+        desired: Radius without obstacles [m].
         rate: Its rate [m/s].
-        room: Largest radius that is free [m].
-        opening: Its rate, negative where the obstacle comes nearer [m/s].
-        soft: Width of the transition, which has its center where no room is missing [m].
+        free: Largest radius without an obstacle [m].
+        free_rate: Its rate, negative where the obstacle comes nearer [m/s].
+        soft: Width of the transition, which has its center where no space is missing [m].
         least: Smallest radius [m].
     """
-    missing = wanted - room
+    missing = desired - free
     if missing <= -0.5 * soft:
-        return wanted, rate
-    share = min(missing / soft + 0.5, 1.0)
-    radius = wanted - (0.5 * soft * share * share if share < 1.0 else missing)
-    if radius < min(least, wanted):
-        return min(least, wanted), rate if wanted < least else 0.0
-    return radius, rate - share * (rate - opening)
+        return desired, rate
+    blend = min(missing / soft + 0.5, 1.0)
+    radius = desired - (0.5 * soft * blend * blend if blend < 1.0 else missing)
+    if radius < min(least, desired):
+        return min(least, desired), rate if desired < least else 0.0
+    return radius, rate - blend * (rate - free_rate)
 
 
 @on_demand
@@ -175,22 +176,23 @@ def choose_radii(plan: Plan, state: State) -> None:
     """Write the behaviors' own radii, their rates, and the distance that each robot is to keep."""
     m, time = plan.obstacle_radius.shape[0], state.time[0]
     target = numbers_from(state, state.target_position_measured, 0)
-    drift = numbers_from(state, state.target_velocity_measured, 0)
-    position = obstacles_seen(state.q.shape[0], plan, state)  # as seen from the target
+    target_velocity = numbers_from(state, state.target_velocity_measured, 0)
+    of_target = state.q.shape[0]
+    position = obstacles_seen(of_target, plan, state)
     nearest, nearest_rate = math.inf, 0.0
     for j in range(m):
-        way = target - numbers_at(state, position, j)
-        apart = norm(way)
-        if apart - plan.obstacle_radius[j] < nearest:
-            nearest = apart - plan.obstacle_radius[j]
-            rate_of_way = dot(way, drift - numbers_at(state, state.obstacle_velocity, j))
-            nearest_rate = rate_of_way / max(apart, 1e-300)
+        relative = target - numbers_at(state, position, j)
+        distance = norm(relative)
+        if distance - plan.obstacle_radius[j] < nearest:
+            nearest = distance - plan.obstacle_radius[j]
+            opening = dot(relative, target_velocity - numbers_at(state, state.obstacle_velocity, j))
+            nearest_rate = opening / max(distance, 1e-300)
     for index in range(plan.radius_least.shape[0]):
         first, count = int(plan.radius_functions[index, 0]), int(plan.radius_functions[index, 1])
         radius, rate = evaluate_program(plan.code, first, count, plan.segments, time, state.operands)
         if plan.radius_fits[index] != 0.0 and nearest < radius + plan.sensing_obstacles:
             radius, rate = fitted(
-                radius, rate, nearest - plan.radius_margin[index], nearest_rate, SOFT * plan.radius,
+                radius, rate, nearest - plan.radius_clearance[index], nearest_rate, SOFT * plan.radius,
                 plan.radius_least[index],
             )  # fmt: skip
         state.radius_now[index, 0], state.radius_now[index, 1] = radius, rate

@@ -96,17 +96,17 @@ def networks_of(setup: MissionSetup) -> tuple[list[float], dict[Network, int]]:
 
 
 @inlined
-def ask_network(networks: Array, place: int, values: Array, answers: Array) -> int:
-    """Find what a network answers, layer by layer.
+def evaluate_network(networks: Array, place: int, buffer: Array, scratch: Array) -> int:
+    """Evaluate a network in place, layer by layer.
 
     Args:
         networks: Those of the mission, see `networks_of`.
         place: Where the network begins among them.
-        values: What it is given, and then what it answers; shape (WIDEST,).
-        answers: Scratch, likewise.
+        buffer: Its inputs, and then its outputs, shape (WIDEST,).
+        scratch: Of the same shape.
 
     Returns:
-        The number of its layers: 0 of none, which answers nothing.
+        The number of its layers; without any, the buffer is left as it is.
     """
     layers, at = int(networks[place]), place + 1
     for number in range(layers):
@@ -115,9 +115,9 @@ def ask_network(networks: Array, place: int, values: Array, answers: Array) -> i
         for row in range(rows):
             answer = networks[at + rows * columns + row]
             for column in range(columns):
-                answer += networks[at + row * columns + column] * values[column]
-            answers[row] = math.tanh(answer) if number < layers - 1 else answer
+                answer += networks[at + row * columns + column] * buffer[column]
+            scratch[row] = math.tanh(answer) if number < layers - 1 else answer
         at += rows * (columns + 1)
         for row in range(rows):
-            values[row] = answers[row]
+            buffer[row] = scratch[row]
     return layers

@@ -10,7 +10,7 @@ from typing import Annotated
 
 from escort_mj.behaviors.formation import place_formations
 from escort_mj.behaviors.goal import choose_goals
-from escort_mj.behaviors.learned import ask_networks
+from escort_mj.behaviors.learned import evaluate_networks
 from escort_mj.behaviors.surface import choose_radii
 from escort_mj.behaviors.vertices import turn_figures
 from escort_mj.components.memory import integrate_memory
@@ -120,7 +120,7 @@ def evaluate(plan: Plan, state: State) -> None:
     if moved and plan.formation_phase.shape[0] > 0:
         place_formations(plan, state)
     if moved and plan.learned_phase.shape[0] > 0:
-        ask_networks(plan, state)
+        evaluate_networks(plan, state)
     if plan.radius_least.shape[0] > 0:
         choose_radii(plan, state)
     someone = plan.alike or refresh(plan, state)

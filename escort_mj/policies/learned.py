@@ -12,7 +12,7 @@ from pydantic import Field
 
 from escort_mj.components.equations import Memory
 from escort_mj.components.facts import Facts, Misfit
-from escort_mj.components.network import WIDEST, Network, ask_network, networks_of
+from escort_mj.components.network import WIDEST, Network, evaluate_network, networks_of
 from escort_mj.native.fields import Array
 from escort_mj.native.kernels import inlined, stack_memory, vector_at
 from escort_mj.native.vectors import Vec, dot, norm, numbers_from, set_numbers
@@ -90,10 +90,10 @@ def answered(place: int, speed: float, r: Body) -> Vec:
         speed: That velocities are shares of [m/s].
         r: The body.
     """
-    values, answers = vector_at(stack_memory(), WIDEST), vector_at(stack_memory(), WIDEST)
-    perceive(r, speed, values)
-    layers = ask_network(r.seen.networks, place, values, answers)
-    found = numbers_from(r.seen, values, 0)
+    buffer, scratch = vector_at(stack_memory(), WIDEST), vector_at(stack_memory(), WIDEST)
+    perceive(r, speed, buffer)
+    layers = evaluate_network(r.seen.networks, place, buffer, scratch)
+    found = numbers_from(r.seen, buffer, 0)
     return found if layers > 0 else 0.0 * found
 
 

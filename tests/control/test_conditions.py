@@ -10,7 +10,7 @@ import pytest
 from scipy.optimize import linprog
 
 from escort_mj.control.nsb import avoidance_of
-from escort_mj.control.outer_loops.constraints import MOST, Constraints, Pace, find_constraints
+from escort_mj.control.outer_loops.constraints import MOST, Constraints, SpeedBounds, find_constraints
 from escort_mj.control.outer_loops.nearest_velocity import STIFFNESS
 from escort_mj.control.outer_loops.passing import Clearance, Rules
 from escort_mj.memory.layout import unpack_plan, unpack_state
@@ -34,7 +34,8 @@ def _finder(axes: int) -> Any:
             if plan.level_avoids[level] != 0.0:
                 clearance = Clearance(level, avoidance_of(level, plan), rules)
                 constraints = Constraints(rows, bounds, rest[0], rest[1])
-                return find_constraints(robot, Pace(speed, beside), clearance, plan, state, constraints)
+                limits = SpeedBounds(speed, beside)
+                return find_constraints(robot, limits, clearance, plan, state, constraints)
         return -1
 
     return found

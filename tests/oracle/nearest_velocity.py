@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.control.outer_loops.nearest_velocity import (
+    INFEASIBLE,
     LEAST_WEIGHT,
-    SLACK,
     STIFFNESS,
     _share_within,
 )
@@ -43,7 +43,7 @@ def kept_limit(rows: Array, bounds: Array, most: float, v: Array) -> Array | Non
 
 def contradicting(rows: Array, bounds: Array, nominal: Array, v: Array) -> bool:
     """Return whether no velocity satisfies all constraints, see `contradict`."""
-    return bool((bounds - rows @ v).max(initial=0.0) > SLACK * np.linalg.norm(v - nominal))
+    return bool((bounds - rows @ v).max(initial=0.0) > INFEASIBLE * np.linalg.norm(v - nominal))
 
 
 def broken_least(rows: Array, bounds: Array, gaps: Array, near: float, most: float, nominal: Array) -> Array:

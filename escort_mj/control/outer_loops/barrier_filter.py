@@ -8,7 +8,7 @@ from pydantic import PositiveFloat
 
 from escort_mj.components.parameters import UNLIMITED
 from escort_mj.control.nsb import avoidance_of
-from escort_mj.control.outer_loops.constraints import MOST, Constraints, Pace, find_constraints
+from escort_mj.control.outer_loops.constraints import MOST, Constraints, SpeedBounds, find_constraints
 from escort_mj.control.outer_loops.nearest_velocity import STIFFNESS, nearest_velocity
 from escort_mj.control.outer_loops.outer_loop import OuterLoop, runs_now, slow_down
 from escort_mj.control.outer_loops.passing import Clearance, Rules
@@ -40,9 +40,9 @@ class BarrierFilter(OuterLoop):
         first, levels, p = int(plan.phase_first[phase]), int(plan.phase_levels[phase]), state.q.shape[1]
         memory, rules = stack_memory(), Rules(self.rate, UNLIMITED, 0.0, 0.0, 0.0, 0.0)
         rows, bounds = matrix_at(memory, MOST, p), vector_at(memory + DOUBLE * MOST * p, MOST)
-        shared = vector_at(memory + DOUBLE * MOST * (p + 1), MOST)
+        cooperation = vector_at(memory + DOUBLE * MOST * (p + 1), MOST)
         gaps = vector_at(stack_memory(), MOST)
-        found = Constraints(rows, bounds, shared, gaps)
+        constraints = Constraints(rows, bounds, cooperation, gaps)
         for robot in range(i, min(i + WIDTH, state.q.shape[0])):
             if not runs_now(robot, phase, plan, state):
                 continue
@@ -53,7 +53,8 @@ class BarrierFilter(OuterLoop):
                     wanted = v
                     while True:
                         speed = norm(v)
-                        count = find_constraints(robot, Pace(speed, speed), clearance, plan, state, found)
+                        limits = SpeedBounds(speed, speed)
+                        count = find_constraints(robot, limits, clearance, plan, state, constraints)
                         moved, v = nearest_velocity(rows, bounds, count, STIFFNESS, wanted)
                         if not norm(v) > speed:
                             break

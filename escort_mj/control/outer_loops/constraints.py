@@ -34,19 +34,19 @@ Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 MOST = 24  # constraints of one robot: those with the greatest bounds
-SHARED = 0.5  # marks constraints by teammates with goals of their own
+OTHER_TARGET = 0.5  # marks constraints by teammates that follow another target
 
 
-class Pace(NamedTuple):
+class SpeedBounds(NamedTuple):
     """How fast a robot may be.
 
     Attributes:
-        speed: Largest |v| that matters [m/s].
-        beside: Largest speed relative to the motion of the team, see `team_motion` [m/s].
+        absolute: Largest |v| that matters [m/s].
+        relative: Largest speed relative to the motion of the team, see `team_motion` [m/s].
     """
 
-    speed: float
-    beside: float
+    absolute: float
+    relative: float
 
 
 class Constraints(NamedTuple):
@@ -55,21 +55,22 @@ class Constraints(NamedTuple):
     Attributes:
         rows: Unit vectors r away from the bodies, shape (MOST, p).
         bounds: b, shape (MOST,) [m/s].
-        shared: 1 for teammates that follow the same target, `SHARED` for those with goals of their own, 0 for
-            all else, shape (MOST,).
-        gaps: How far the robot goes, at its speed limit, before each body could touch it if it went to meet
-            it, shape (MOST,) [m]. A teammate that is heard is where it is most likely to be.
+        cooperation: 1 for teammates that follow the same target, `OTHER_TARGET` for those that follow another
+            one, 0 for all else, shape (MOST,).
+        gaps: Distance between the surfaces of robot and body, for bodies that do not yield divided by
+            1 + closing speed of the body / speed limit of the robot, shape (MOST,) [m]. For a teammate that
+            is heard, the distance from its most likely position.
     """
 
     rows: Array
     bounds: Array
-    shared: Array
+    cooperation: Array
     gaps: Array
 
 
 @inlined
 def find_constraints(
-    robot: int, pace: Pace, clearance: Clearance, plan: Plan, state: State, found: Constraints
+    robot: int, limits: SpeedBounds, clearance: Clearance, plan: Plan, state: State, constraints: Constraints
 ) -> int:
     """Find what a robot's velocity v has to satisfy, r . v >= b, for each body that it sees.
 
@@ -80,11 +81,11 @@ def find_constraints(
 
     Args:
         robot: From 0.
-        pace: How fast it may be.
+        limits: How fast it may be.
         clearance: What distances it keeps.
         plan: Gives the bodies.
         state: Gives where they are.
-        found: Result.
+        constraints: Result.
 
     Returns:
         Number of constraints; where there are more than MOST, those with the greatest bounds are kept.
@@ -92,37 +93,40 @@ def find_constraints(
     n, avoid, rules = state.q.shape[0], clearance.avoid, clearance.rules
     m, position, count = plan.obstacle_radius.shape[0], obstacles_seen(robot, plan, state), 0
     spread = rules.foresees * team_spread(robot, plan, state) if plan.team_radius.shape[0] > 0 else 0.0
-    speed, beside = pace.speed, pace.beside + spread
-    q, near = numbers_at(state, state.q_measured, robot), vector_at(stack_memory(), NEAR)
-    count = _add_limits(robot, speed, plan, state, found, count)
+    speed, relative = limits.absolute, limits.relative + spread
+    q, neighbors = numbers_at(state, state.q_measured, robot), vector_at(stack_memory(), NEAR)
+    count = _add_limits(robot, speed, plan, state, constraints, count)
     own, to_surface, mates = plan.robot_radius[robot], avoid.to_surface, int(ALL)
     if plan.failure.shape[0] == 0:
         mates = 0
         if avoid.teammate_distance > 0.0:
-            motion, ahead = team_motion(robot, rules, plan, state), beside + spread
-            mates = find_meeting(robot, 2.0 * beside, ahead, motion, clearance, plan, state, near)
+            motion, ahead = team_motion(robot, rules, plan, state), relative + spread
+            mates = find_meeting(robot, 2.0 * relative, ahead, motion, clearance, plan, state, neighbors)
     everyone, heard = mates == int(ALL), places_of(state) if avoid.heard_distance > 0.0 else 0
     fastest = fastest_obstacle(state)
     away = horizon(speed + fastest, rules)
     lead = rules.foresees * lead_of(fastest, plan.max_speed)
     seen = m + (n if everyone else mates)
-    for place in range(seen + heard + 1):
-        if place >= seen:  # what is heard, then the target
-            other = m + n + (place - seen + 1) % (heard + 1)
+    for slot in range(seen + heard + 1):  # obstacles, teammates, those heard, the target: one inlined call
+        if slot >= seen:
+            body = m + n + (slot - seen + 1) % (heard + 1)
         else:
-            other = place if place < m or everyone else m + int(near[place - m])
-        if place < m:
-            reach = avoid.safe_distance + to_surface * (own + plan.seen_radius[place])
-            far = away + reach + lead * (reach + breadth_of(plan.obstacle_extent[place]))
-            way = q - numbers_at(state, position, place)
+            body = slot if slot < m or everyone else m + int(neighbors[slot - m])
+        if slot < m:
+            reach = avoid.safe_distance + to_surface * (own + plan.seen_radius[slot])
+            far = away + reach + lead * (reach + breadth_of(plan.obstacle_extent[slot]))
+            way = q - numbers_at(state, position, slot)
             if dot(way, way) > far * far:
                 continue
-        count = _consider(robot, other, Pace(speed, beside), clearance, plan, state, found, count)
+        both = SpeedBounds(speed, relative)
+        count = _add_body(robot, body, both, clearance, plan, state, constraints, count)
     return count
 
 
 @inlined
-def _add_limits(robot: int, speed: float, plan: Plan, state: State, found: Constraints, count: int) -> int:
+def _add_limits(
+    robot: int, speed: float, plan: Plan, state: State, constraints: Constraints, count: int
+) -> int:
     """Add the constraints of the robot's inequalities that a velocity of some speed could break."""
     phase = int(state.phase[robot])
     first = int(plan.phase_first[phase])
@@ -133,7 +137,7 @@ def _add_limits(robot: int, speed: float, plan: Plan, state: State, found: Const
         direction, length = unit_of(numbers_at(state, state.limit_x, row + robot))
         bound = state.limit_rate[row + robot] / length if length > 0.0 else -UNLIMITED
         if bound >= -speed:
-            count = _keep(direction, bound, 0.0, UNLIMITED, found, count)
+            count = _insert(direction, bound, 0.0, UNLIMITED, constraints, count)
     return count
 
 
@@ -151,8 +155,8 @@ def team_spread(robot: int, plan: Plan, state: State) -> float:
     most, teams = 0.0, state.team_velocity.shape[0]
     for a in range(teams if plan.target_feedforward else 0):
         for b in range(a):
-            apart = numbers_at(state, state.team_velocity, a) - numbers_at(state, state.team_velocity, b)
-            most = max(most, dot(apart, apart))
+            difference = numbers_at(state, state.team_velocity, a) - numbers_at(state, state.team_velocity, b)
+            most = max(most, dot(difference, difference))
     return 0.5 * math.sqrt(most)
 
 
@@ -167,94 +171,95 @@ def fastest_obstacle(state: State) -> float:
 
 
 @inlined
-def _consider(
-    robot: int, other: int, pace: Pace, clearance: Clearance, plan: Plan, state: State, found: Constraints,
-    count: int,
+def _add_body(
+    robot: int, body: int, limits: SpeedBounds, clearance: Clearance, plan: Plan, state: State,
+    constraints: Constraints, count: int,
 ) -> int:  # fmt: skip
     """Add the constraint of one body; return their number.
 
     Bodies are obstacles, then robots as they are seen, the target, and robots as this one hears them.
     """
-    n, m, (speed, beside) = state.q.shape[0], plan.obstacle_radius.shape[0], pace
+    n, m, (speed, relative) = state.q.shape[0], plan.obstacle_radius.shape[0], limits
     avoid, rules, position = clearance.avoid, clearance.rules, obstacles_seen(robot, plan, state)
     q = numbers_at(state, state.q_measured, robot)
-    share, mate, straight, pursuit = 1.0, other - m, 0.0, 0.0
-    followed, teams = rules.target_radius > 0.0, plan.team_radius.shape[0] > 0
+    responsibility, mate, straight, mate_speed = 1.0, body - m, 0.0, 0.0
+    same_target, teams = rules.target_radius > 0.0, plan.team_radius.shape[0] > 0
     heard, own = mate - n - 1 if mate > n else -1, plan.robot_radius[robot]
     if heard >= 0:
-        mate, apart, covered, direction = may_be(robot, heard, avoid.to_surface, plan, state)
+        mate, distance, covered, direction = may_be(robot, heard, avoid.to_surface, plan, state)
         if mate < 0:
             return count
         reach, radius = avoid.heard_distance + covered, plan.robot_radius[mate]
     else:
-        safe, radius, sight = _kept_distance(robot, mate, avoid, rules, plan, state)
+        safe, radius, sight = _body_geometry(robot, mate, avoid, rules, plan, state)
         if safe <= 0.0:
             return count
         if mate == n:
             place = target_place(robot, plan, state)
         elif mate < 0:
-            place = numbers_at(state, position, other)
+            place = numbers_at(state, position, body)
         else:
             place = numbers_at(state, state.q_measured, mate)
-        direction, apart = unit_of(q - place)
-        if not apart - own - radius <= sight:
+        direction, distance = unit_of(q - place)
+        if not distance - own - radius <= sight:
             return count
         reach = safe + avoid.to_surface * (own + radius)
-    margin, gap = apart - reach, apart - own - radius
+    margin, gap = distance - reach, distance - own - radius
     if rules.cone != 0.0 and margin > 0.0:
         return count
     if mate < 0:
-        motion = obstacle_speed(other, plan, state)
+        motion = obstacle_speed(body, plan, state)
     elif mate == n:
         motion = target_speed(robot, plan, state)
     elif state.lost[mate] != 0.0:
         motion = numbers_at(state, state.v_measured, mate)
     else:
-        motion, share = team_motion(robot, rules, plan, state), 0.5
+        motion, responsibility = team_motion(robot, rules, plan, state), 0.5
         if teams:
-            followed = state.member_of[robot] == state.member_of[mate]
+            same_target = state.member_of[robot] == state.member_of[mate]
             if not plan.informed:
                 motion = 0.5 * (motion + team_motion(mate, rules, plan, state))
-            elif not followed:
+            elif not same_target:
                 motion = zero_like(motion)  # neither knows how the other's targets move
         velocity = numbers_at(state, state.v_measured, mate)
         if heard >= 0:
             velocity = heard_velocity(robot, heard, state)
-        pursuit = rules.foresees * dot(direction, velocity)
-    along, pace_of_body = dot(direction, motion), norm(motion) if share == 1.0 else 0.0
-    outrun = share == 1.0 and rules.foresees != 0.0 and along > 0.0
-    lead, wide = lead_of(pace_of_body, plan.max_speed) if outrun else 0.0, 0.0
+        mate_speed = rules.foresees * dot(direction, velocity)
+    along, body_speed = dot(direction, motion), norm(motion) if responsibility == 1.0 else 0.0
+    approaches = responsibility == 1.0 and rules.foresees != 0.0 and along > 0.0
+    lead, half_breadth = lead_of(body_speed, plan.max_speed) if approaches else 0.0, 0.0
     if lead > 0.0 and mate < 0:
-        wide = breadth(plan.obstacle_extent[other], state.obstacle_velocity[other], pace_of_body)
-    lead *= reach + wide
-    full = approach(margin - lead, rules)
-    allowed = share * full
-    bound = rules.foresees * along - allowed
-    if share < 1.0 and rules.foresees != 0.0:  # one that does not do its half is met in full
-        bound, allowed = max(bound, pursuit - full), min(allowed, full + along - pursuit)
-    could = (beside if share < 1.0 else speed + rules.foresees * pace_of_body) - allowed
-    if could < 0.0:
+        half_breadth = breadth(plan.obstacle_extent[body], state.obstacle_velocity[body], body_speed)
+    lead *= reach + half_breadth
+    closing_limit = approach(margin - lead, rules)
+    own_limit = responsibility * closing_limit
+    bound = rules.foresees * along - own_limit
+    if responsibility < 1.0 and rules.foresees != 0.0:  # all, where the teammate does not yield its half
+        bound = max(bound, mate_speed - closing_limit)
+        own_limit = min(own_limit, closing_limit + along - mate_speed)
+    most_violation = (relative if responsibility < 1.0 else speed + rules.foresees * body_speed) - own_limit
+    if most_violation < 0.0:
         return count
     if lead > 0.0:
-        if wide > 0.0:
-            direction, apart = unit_of(q - numbers_at(state, state.obstacle_position, other))
+        if half_breadth > 0.0:
+            direction, distance = unit_of(q - numbers_at(state, state.obstacle_position, body))
         v = numbers_at(state, state.v_measured, robot)
-        bound, direction = leave_path(apart, reach + wide, v, motion, rules, direction)
-        straight = min(along - approach(margin, rules), plan.max_speed * plan.max_speed / pace_of_body)
+        bound, direction = leave_path(distance, reach + half_breadth, v, motion, rules, direction)
+        straight = min(along - approach(margin, rules), plan.max_speed * plan.max_speed / body_speed)
         bound = min(bound, aside_of(straight, plan.max_speed))
     if bound < -speed:
         return count
-    if share == 1.0:
+    if responsibility == 1.0:
         gap /= 1.0 + max(rules.foresees * along, 0.0) / plan.max_speed
-    with_whom = 0.0 if share == 1.0 else 1.0 if followed else SHARED
-    count = _keep(direction, bound, with_whom, gap, found, count)
+    cooperation = 0.0 if responsibility == 1.0 else 1.0 if same_target else OTHER_TARGET
+    count = _insert(direction, bound, cooperation, gap, constraints, count)
     if lead > 0.0 and bound > 0.0:
-        count = _keep(motion / pace_of_body, straight, 0.0, gap, found, count)
+        count = _insert(motion / body_speed, straight, 0.0, gap, constraints, count)
     return count
 
 
 @inlined
-def _kept_distance(
+def _body_geometry(
     robot: int, mate: int, avoid: Avoidance, rules: Rules, plan: Plan, state: State
 ) -> tuple[float, float, float]:
     """Return what distance a robot keeps to a body, the body's radius, and how far away robots see it [m].
@@ -280,9 +285,11 @@ def _kept_distance(
 
 
 @inlined
-def _keep(direction: Vec, bound: float, with_whom: float, gap: float, found: Constraints, count: int) -> int:
+def _insert(
+    direction: Vec, bound: float, cooperation: float, gap: float, constraints: Constraints, count: int
+) -> int:
     """Add a constraint, in place of the one with the least bound where there are MOST of them."""
-    place, bounds = count, found.bounds
+    place, bounds = count, constraints.bounds
     if count == MOST:
         place = 0
         for at in range(1, MOST):
@@ -290,6 +297,6 @@ def _keep(direction: Vec, bound: float, with_whom: float, gap: float, found: Con
                 place = at
         if bound <= bounds[place]:
             return count
-    bounds[place], found.shared[place], found.gaps[place] = bound, with_whom, gap
-    set_numbers_at(found.rows, place, direction)
+    bounds[place], constraints.cooperation[place], constraints.gaps[place] = bound, cooperation, gap
+    set_numbers_at(constraints.rows, place, direction)
     return min(count + 1, MOST)

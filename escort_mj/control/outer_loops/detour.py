@@ -92,7 +92,7 @@ def next_detour(
 
 @inlined
 def follow_boundary(
-    side: float, speed: float, rows: Array, bounds: Array, shared: Array, count: int, v: Vec
+    side: float, speed: float, rows: Array, bounds: Array, cooperation: Array, count: int, v: Vec
 ) -> Vec:
     """Return the velocity along the boundary of the most binding constraint; rest where no direction is free.
 
@@ -101,13 +101,13 @@ def follow_boundary(
         speed: Wanted [m/s].
         rows: Unit vectors r of the constraints r . v >= b, shape (at least count, p).
         bounds: b [m/s].
-        shared: See `find_constraints`; what is 1 is not followed around.
+        cooperation: See `find_constraints`; what is 1 is not followed around.
         count: Number of constraints.
         v: What is wanted [m/s].
     """
     binding = -1
     for j in range(count):
-        if shared[j] < 1.0 and (binding < 0 or bounds[j] > bounds[binding]):
+        if cooperation[j] < 1.0 and (binding < 0 or bounds[j] > bounds[binding]):
             binding = j
     into, share = numbers_at(v, rows, binding), 1.0
     tangent = turn(into)

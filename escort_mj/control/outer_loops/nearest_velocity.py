@@ -23,13 +23,13 @@ from escort_mj.native.vectors import (
 
 Array = NDArray[np.float64]
 
-STIFFNESS = 1e4  # weight of a violated constraint against the change of velocity: violations of 1e-4 of it
+STIFFNESS = 1e4  # penalty weight of violations against the change of velocity: violations of 1e-4 of it
 MOST_STEPS = 60  # of the minimization; a handful is needed
 HALVINGS = 40
 CLOSE = 1e-13  # of the velocities involved: a step that changes nothing
 MOST_SOFTENINGS = 40  # of the search for the speed limit; three to ten are needed
-SLACK = 1e-2  # share of the change of velocity by which constraints are broken that no velocity satisfies
-LEAST_WEIGHT = 0.1  # of what is far, against what is a tenth as far and nearer
+INFEASIBLE = 1e-2  # violation, as a share of the change of velocity, from which on no velocity satisfies all
+LEAST_WEIGHT = 0.1  # of gaps of ten times the scale and more; nearer ones weigh up to 1
 AT_LIMIT = 1e-11  # share of the limit by which what is found may miss it
 
 
@@ -87,13 +87,13 @@ def _minimize(rows: Array, bounds: Array, count: int, stiffness: float, nominal:
         slope, square = dot(gradient, step), max(square, dot(v, v))
         if dot(step, step) <= CLOSE * CLOSE * square:
             break
-        share, trial = 1.0, v
+        length, trial = 1.0, v
         for _halving in range(HALVINGS):
-            trial = v - share * step
+            trial = v - length * step
             better = _cost(rows, bounds, count, stiffness, nominal, trial)
-            if better <= cost - 1e-4 * share * slope + 1e-14 * cost:
+            if better <= cost - 1e-4 * length * slope + 1e-14 * cost:
                 break
-            share *= 0.5
+            length *= 0.5
         v = trial
     return v
 
@@ -127,33 +127,34 @@ def contradict(rows: Array, bounds: Array, count: int, nominal: Vec, v: Vec) -> 
     worst = 0.0
     for j in range(count):
         worst = max(worst, bounds[j] - speed_along(rows, j, v))
-    return worst > SLACK * norm(v - nominal)
+    return worst > INFEASIBLE * norm(v - nominal)
 
 
 @inlined
 def break_least(
-    rows: Array, bounds: Array, gaps: Array, count: int, near: float, most: float, v: Vec
+    rows: Array, bounds: Array, gaps: Array, count: int, scale: float, most: float, v: Vec
 ) -> Vec:  # fmt: skip
-    """Find the velocity within a speed limit that breaks constraints least, near ones least of all.
+    """Find the velocity within a speed limit that breaks constraints least, scale ones least of all.
 
     The sum of the squared violations is least, each divided by the time in which the body could touch the
-    robot. That is what `nearest_velocity` makes of rest with the stiffness, a Lagrange multiplier, that leads
-    to the limit: 1 / |v| is nearly linear in 1 / stiffness (More, Sorensen 1983).
+    robot. That is the program of `nearest_velocity` with the nominal velocity 0 and the penalty weight, a
+    Lagrange multiplier, at which |v| is the limit: 1 / |v| is nearly linear in 1 / weight (More, Sorensen
+    1983).
 
     Args:
         rows: Unit vectors r, shape (at least count, p); used up.
         bounds: b [m/s]; used up.
         gaps: How far the robot goes, at its speed limit, before each body could touch it [m].
         count: Number of constraints.
-        near: Gap from which on all weigh the same [m].
+        scale: Gap from which on all weigh the same [m].
         most: The limit [m/s].
         v: The nominal velocity [m/s].
     """
     soft, low, high, rest = 1.0 / STIFFNESS, 1.0 / STIFFNESS, 0.0, zero_like(v)
     for j in range(count):
-        weight = LEAST_WEIGHT * min(max(near / max(gaps[j], 1e-300), 1.0), 1.0 / LEAST_WEIGHT)
+        weight = LEAST_WEIGHT * min(max(scale / max(gaps[j], 1e-300), 1.0), 1.0 / LEAST_WEIGHT)
         bounds[j] *= weight
-        high += (max(bounds[j], 0.0) / most) ** 2
+        high += (max(bounds[j], 0.0) / most) ** 2  # bounds 1 / weight from above
         set_numbers_at(rows, j, weight * numbers_at(v, rows, j))
     v = _minimize(rows, bounds, count, STIFFNESS, v)
     if not norm(v) > most:
@@ -184,11 +185,11 @@ def _slow_down(most: float, slowest: Vec, v: Vec) -> tuple[bool, Vec]:
     length = norm(slowest)
     if length > most:
         return False, v
-    return True, slowest + _share_within(length, most, slowest, v) * (v - slowest)
+    return True, slowest + _blend_within(length, most, slowest, v) * (v - slowest)
 
 
 @inlined
-def _share_within(least: float, most: float, slowest: Vec, v: Vec) -> float:
+def _blend_within(least: float, most: float, slowest: Vec, v: Vec) -> float:
     """Return how far the way from the slowest velocity to v can be gone within the limit, from 0 to 1."""
     way, room = v - slowest, most * most - least * least
     along, square = dot(slowest, way), dot(way, way)
@@ -198,20 +199,21 @@ def _share_within(least: float, most: float, slowest: Vec, v: Vec) -> float:
 
 
 @inlined
-def step_aside(share: float, rows: Array, bounds: Array, count: int, speed: float, v: Vec) -> Vec:
-    """Add a velocity across the constraint that is violated most, where what is wanted runs straight into it.
+def step_aside(ratio: float, rows: Array, bounds: Array, count: int, speed: float, v: Vec) -> Vec:
+    """Add a velocity across the constraint that is violated most, so that robots do not stop in front of it.
 
-    What is wanted across it is filled up to a share of what it blocks, counterclockwise (remark 6).
+    If the speed across it is less than a ratio of the violation, what is missing is added counterclockwise
+    (remark 6).
     """
     worst, blocked = -1, 0.0
     for j in range(count):
         missing = bounds[j] - speed_along(rows, j, v)
         if missing > blocked:
             worst, blocked = j, missing
-    if worst < 0 or share == 0.0:
+    if worst < 0 or ratio == 0.0:
         return v
     along = speed_along(rows, worst, v)
-    add = share * blocked - math.sqrt(max(speed * speed - along * along, 0.0))
+    add = ratio * blocked - math.sqrt(max(speed * speed - along * along, 0.0))
     return v + add * turn(numbers_at(v, rows, worst)) if add > 0.0 else v
 
 

@@ -17,7 +17,7 @@ from escort_mj.control.nsb import avoidance_of, ruled
 from escort_mj.control.outer_loops.constraints import (
     MOST,
     Constraints,
-    Pace,
+    SpeedBounds,
     fastest_obstacle,
     find_constraints,
     team_motion,
@@ -159,7 +159,7 @@ class SetBased(OuterLoop):
                 store(state.detour_near, i, busy)
                 for robot in range(i, min(i + WIDTH, n)):
                     if state.detour_near[robot] > 0.5 and runs_now(robot, phase, plan, state):
-                        _keep_clear(robot, self.patience, self.turn_back, clearance, plan, state)
+                        _filter_velocity(robot, self.patience, self.turn_back, clearance, plan, state)
                         slow_down(robot, plan, state)
             store(state.detour_time, i, where(mine, state.time[0], load(state.detour_time, i)))
 
@@ -179,15 +179,15 @@ def _may_bind(clearance: Clearance, r: Robots) -> Lanes:
     drift, from_target, max_speed = r.target_velocity, r.q - r.target, r.max_speed
     speed, relative, pace = norm(wanted), norm(wanted - drift), norm(drift)
     frame_speed = norm(wanted - r.vector(state.pace_frame))
-    found = _limits_bind(level, speed, r)
+    binds = _limits_bind(level, speed, r)
     if plan.team_radius.shape[0] > 0:
         relative = relative + (pace if plan.informed else everywhere(team_spread(r.i, plan, state)))
     if rules.target_distance > 0.0:
         look = rules.target_distance + avoid.to_surface * (r.robot_radius + rules.target_radius)
-        outruns = pace > FASTER * max_speed  # the target is faster than the robot
-        look = look + where(outruns, look * pace / max_speed, 0.0)
-        look = look + horizon_lanes(where(outruns, speed + pace, relative), rules)
-        found = where(dot(from_target, from_target) < look * look, 1.0, found)
+        target_faster = pace > FASTER * max_speed  # the target is faster than the robot
+        look = look + where(target_faster, look * pace / max_speed, 0.0)
+        look = look + horizon_lanes(where(target_faster, speed + pace, relative), rules)
+        binds = where(dot(from_target, from_target) < look * look, 1.0, binds)
     fastest = fastest_obstacle(state)
     away, lead = horizon_lanes(speed + fastest, rules), lead_of(fastest, max_speed)
     for j in range(r.obstacles):
@@ -196,23 +196,23 @@ def _may_bind(clearance: Clearance, r: Robots) -> Lanes:
         if lead > 0.0:
             look = look + lead * (look + breadth_of(plan.obstacle_extent[j]))
         look = look + away
-        found = where(dot(body.x, body.x) < look * look, 1.0, found)
+        binds = where(dot(body.x, body.x) < look * look, 1.0, binds)
     mutual_speed = 2.0 * (relative if plan.target_feedforward else speed)
     far = horizon_lanes(greatest(mutual_speed, frame_speed + state.pace_most[0]), rules)
     listed = seen_neighbors(state).shape[0] > 0
     if avoid.teammate_distance > 0.0 and listed:
-        found = greatest(found, who_is_met(r.i, mutual_speed, frame_speed, far, clearance, plan, state))
+        binds = greatest(binds, who_is_met(r.i, mutual_speed, frame_speed, far, clearance, plan, state))
     if avoid.heard_distance > 0.0:
         find_nearest_heard(r.i, avoid.heard_distance, avoid.to_surface, plan, state)
         margin = horizon_lanes(greatest(mutual_speed, load(state.heard_pace, r.i)), rules)
-        found = where(load(state.heard_margin, r.i) < margin, 1.0, found)
+        binds = where(load(state.heard_margin, r.i) < margin, 1.0, binds)
     failing = plan.failure.shape[0] > 0
     if failing or (avoid.teammate_distance > 0.0 and not listed):
         mates = _mates_near(False, wanted, mutual_speed, far, avoid, rules, r)
         if any_of(mates > 0.5):  # seldom: only then the speed of each is worth its time
             mates = _mates_near(True, wanted, mutual_speed, far, avoid, rules, r)
-        found = greatest(found, mates)
-    return found
+        binds = greatest(binds, mates)
+    return binds
 
 
 @inlined
@@ -224,16 +224,16 @@ def _limits_bind(level: int, speed: Lanes, r: Robots) -> Lanes:
         speed: Speed of each robot [m/s].
         r: The robots.
     """
-    plan, state, found = r.plan, r.state, everywhere(0.0)
+    plan, state, binds = r.plan, r.state, everywhere(0.0)
     for f in range(plan.phase_first.shape[0]):
         first, last = int(plan.phase_first[f]), int(plan.phase_first[f] + plan.phase_levels[f])
-        for each in range(first, last if first <= level < last else first):
-            row = int(plan.level_limit_row[each])
-            if row >= 0:
+        for phase_level in range(first, last):
+            row = int(plan.level_limit_row[phase_level])
+            if row >= 0 and first <= level < last:
                 length = norm(r.at(state.limit_x, row))
-                binds = load(state.limit_rate, row + r.i) >= -speed * length
-                found = where(binds, 1.0, found)
-    return found
+                broken = load(state.limit_rate, row + r.i) >= -speed * length
+                binds = where(broken, 1.0, binds)
+    return binds
 
 
 @inlined
@@ -251,7 +251,7 @@ def _mates_near(
         rules: How fast robots may come nearer.
         r: The robots.
     """
-    state, speed, found = r.state, norm(wanted), everywhere(0.0)
+    state, speed, binds = r.state, norm(wanted), everywhere(0.0)
     failing = r.plan.failure.shape[0] > 0
     for j in range(state.q.shape[0]):
         body, margin, stretch = teammate_body(avoid, j, r), far, 1.0
@@ -264,21 +264,21 @@ def _mates_near(
             )
         if body.safe > 0.0:
             look = stretch * body.reach + margin
-            found = where((dot(body.x, body.x) < look * look) & body.counts, 1.0, found)
-    return found
+            binds = where((dot(body.x, body.x) < look * look) & body.counts, 1.0, binds)
+    return binds
 
 
 @inlined
-def _keep_clear(
+def _filter_velocity(
     robot: int, patience: float, turn_back: float, clearance: Clearance, plan: Plan, state: State
 ) -> None:
     """Change a robot's velocity as little as safety requires, or lead it around what blocks it."""
     p, v, (_, avoid, rules) = state.q.shape[1], numbers_at(state, state.v_d, robot), clearance
     memory = stack_memory()
     rows, bounds = matrix_at(memory, MOST, p), vector_at(memory + DOUBLE * MOST * p, MOST)
-    shared = vector_at(memory + DOUBLE * MOST * (p + 1), MOST)
+    cooperation = vector_at(memory + DOUBLE * MOST * (p + 1), MOST)
     gaps = vector_at(stack_memory(), MOST)
-    constraints = Constraints(rows, bounds, shared, gaps)
+    constraints = Constraints(rows, bounds, cooperation, gaps)
     wanted, nominal = v, v  # a detour follows a boundary in place of what is wanted
     # Bodies that cannot matter at these speeds are left out; if v comes out faster, once more with those.
     speed = assumed_speed = norm(v)
@@ -288,8 +288,8 @@ def _keep_clear(
     if not decided:  # a detour may turn v into any direction
         assumed_relative += 2.0 * norm(target_speed(robot, plan, state))
     while True:
-        pace = Pace(assumed_speed, assumed_relative)
-        count = find_constraints(robot, pace, clearance, plan, state, constraints)
+        limits = SpeedBounds(assumed_speed, assumed_relative)
+        count = find_constraints(robot, limits, clearance, plan, state, constraints)
         start = nominal
         if side == 0.0:
             start = step_aside(avoid.sidestep, rows, bounds, count, speed, nominal)
@@ -301,25 +301,25 @@ def _keep_clear(
             continue
         if not decided:
             decided = True
-            square, near = max(speed * speed, 1e-300), 0.0
-            share = dot(v, wanted) / square
+            square, static_blocker = max(speed * speed, 1e-300), 0.0
+            progress = dot(v, wanted) / square
             advance = dot(numbers_at(state, state.v_measured, robot), wanted) / math.sqrt(square)
             for j in range(count):
                 if bounds[j] >= -speed:
-                    near = max(near, 1.0 - shared[j])
-            found = next_detour(
-                detour_of(robot, state), state.time[0] - state.detour_time[robot], moved, share, advance,
-                near, patience, turn_back,
+                    static_blocker = max(static_blocker, 1.0 - cooperation[j])
+            detour = next_detour(
+                detour_of(robot, state), state.time[0] - state.detour_time[robot], moved, progress, advance,
+                static_blocker, patience, turn_back,
             )  # fmt: skip
-            keep_detour(robot, found, state)
-            side = found.side
+            keep_detour(robot, detour, state)
+            side = detour.side
             if side != 0.0:
-                nominal = follow_boundary(side, speed, rows, bounds, shared, count, wanted)
+                nominal = follow_boundary(side, speed, rows, bounds, cooperation, count, wanted)
                 continue
-        kept = not contradict(rows, bounds, count, start, v)
-        if kept:
-            kept, v = keep_limit(rows, bounds, count, plan.max_speed, v)
-        if not kept:
+        feasible = not contradict(rows, bounds, count, start, v)
+        if feasible:
+            feasible, v = keep_limit(rows, bounds, count, plan.max_speed, v)
+        if not feasible:
             v = break_least(rows, bounds, gaps, count, avoid.safe_distance, plan.max_speed, start)
         now, relative = norm(v), norm(v - drift)
         if not (now > assumed_speed or relative > assumed_relative):
