@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import stat
 from collections.abc import Iterator
@@ -124,7 +125,10 @@ def scenarios_in(folder: Path) -> Iterator[Path]:
 
     Hidden folders are left out, and what runs and studies left.
     """
-    for path in sorted(folder.rglob("*")):
-        hidden = any(part.startswith(".") for part in path.relative_to(folder).parts)
-        if not hidden and path.is_file() and is_scenario(path, asked=True) and not is_output(path):
+    found: list[Path] = []
+    for parent, folders, files in os.walk(folder):  # what goes meanwhile, or may not be read, is passed over
+        folders[:] = [name for name in folders if not name.startswith(".")]
+        found += [Path(parent, name) for name in files if not name.startswith(".")]
+    for path in sorted(found):
+        if os.path.isfile(path) and is_scenario(path, asked=True) and not is_output(path):
             yield path

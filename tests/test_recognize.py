@@ -1,6 +1,8 @@
 """Which YAML files are scenarios, and where their expectations stand."""
 
+import os
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -82,3 +84,20 @@ def test_a_folder_is_searched_in_order_but_for_what_is_hidden_or_foreign(tmp_pat
 def test_where_expectations_stand(tmp_path, text, lines):
     (tmp_path / "x.yaml").write_text(text)
     assert expectation_lines(tmp_path / "x.yaml") == lines
+
+
+def test_a_folder_that_goes_while_it_is_read_is_passed_over(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name in ("here", "gone", ".hidden"):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "one.yaml").write_text("robots: {count: 2}\n")
+    scan = os.scandir
+
+    def scan_what_is_left(folder: str) -> Any:
+        if Path(folder).name == "gone":
+            raise FileNotFoundError(folder)
+        return scan(folder)
+
+    monkeypatch.setattr(os, "scandir", scan_what_is_left)
+    assert list(scenarios_in(tmp_path)) == [tmp_path / "here" / "one.yaml"]
