@@ -20,7 +20,7 @@ from escort_mj.behaviors.intercept import Intercept
 from escort_mj.behaviors.orbit import Orbit
 from escort_mj.behaviors.repulsion import Repulsion
 from escort_mj.behaviors.spacing import TURN, Spacing
-from escort_mj.behaviors.surface import SOFT, Surface, _lead_radius, _margin, fitted
+from escort_mj.behaviors.surface import SOFT, Surface, _lead_radius, _obstacle_clearance, fitted
 from escort_mj.behaviors.vertices import Vertices
 from escort_mj.components.parameters import UNLIMITED
 from escort_mj.control.setup import Setup
@@ -545,4 +545,6 @@ def radius_now(behavior: Surface, now: Situation) -> tuple[float, float]:
         if apart - size < min(room, wanted + setup.sensing.obstacles):
             room, opening = apart - size, float(way @ (now.c_dot[0] - velocity)) / max(apart, 1e-300)
     soft = SOFT * setup.radius
-    return fitted(wanted, rate, room - _margin(setup), opening, soft, behavior.least_radius(setup))
+    return fitted(
+        wanted, rate, room - _obstacle_clearance(setup), opening, soft, behavior.least_radius(setup)
+    )

@@ -11,7 +11,7 @@ from escort_mj.behaviors import AvoidObstacles
 from escort_mj.behaviors.avoid_obstacles import POLAR
 from escort_mj.control.outer_loops.constraints import (
     MOST,
-    SHARED,
+    OTHER_TARGET,
 )
 from escort_mj.control.outer_loops.passing import (
     HEAD_ON,
@@ -61,7 +61,7 @@ class Constraints(NamedTuple):
         could = np.where(self.mates, beside + self.spread, speed + self.motion) - self.closing
         kept = np.flatnonzero((could >= 0.0) & (self.bounds >= -speed))
         kept = kept[np.argsort(-self.bounds[kept], kind="stable")][:MOST]
-        shared = np.where(self.mates, np.where(self.followed, 1.0, SHARED), 0.0)
+        shared = np.where(self.mates, np.where(self.followed, 1.0, OTHER_TARGET), 0.0)
         return self.rows[kept], self.bounds[kept], shared[kept], self.gaps[kept]
 
 

@@ -11,7 +11,7 @@ from escort_mj.control.outer_loops.nearest_velocity import (
     INFEASIBLE,
     LEAST_WEIGHT,
     STIFFNESS,
-    _share_within,
+    _blend_within,
 )
 from escort_mj.metrics.causes import least_change
 from escort_mj.native.vectors import Vec
@@ -37,7 +37,7 @@ def kept_limit(rows: Array, bounds: Array, most: float, v: Array) -> Array | Non
     least = float(np.linalg.norm(slowest))
     if least > most:
         return None
-    share = _share_within(least, most, Vec(tuple(slowest)), Vec(tuple(v)))
+    share = _blend_within(least, most, Vec(tuple(slowest)), Vec(tuple(v)))
     return np.asarray(slowest + share * (v - slowest))
 
 
