@@ -23,7 +23,7 @@ from escort_mj.study.engine.parallel import Died, Workers, cores
 from escort_mj.study.engine.store import Row, Store
 from escort_mj.study.engine.work import Job, killed, perform
 from escort_mj.study.sweeps.design import CASE, Cell, Planned
-from escort_mj.study.sweeps.results import Facts, Varied
+from escort_mj.study.sweeps.results import DesignRecord, Varied
 from escort_mj.study.sweeps.sweep import make
 
 DIGITS = 32  # of a run's key
@@ -186,7 +186,7 @@ def _write_design(cases: Sequence[Case], tasks: Sequence[Job | Checked], out: Pa
     runs = [(case, task) for case, task in zip(cases, tasks, strict=True) if isinstance(task, Job)]
     texts = {case.label: task.text for case, task in runs}
     if runs:
-        facts = Facts(
+        facts = DesignRecord(
             study="check",
             texts=texts,
             factors=[Varied(CASE)],

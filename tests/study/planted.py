@@ -9,7 +9,7 @@ from escort_mj.api import scenarios_folder
 from escort_mj.study.engine.store import Row, Store
 from escort_mj.study.sweeps.definition import load_study
 from escort_mj.study.sweeps.design import Cell, Design
-from escort_mj.study.sweeps.results import Results, facts_of
+from escort_mj.study.sweeps.results import Results, record_of
 from tests.synthetic import make_verdict
 
 STUDY = """
@@ -85,7 +85,7 @@ def rows(laid_out: Design, planter: Planter = plant) -> dict[str, Row]:
 
 def results(folder: Path, text: str = STUDY, planter: Planter = plant) -> Results:
     laid_out = design(folder, text)
-    return Results(facts_of(laid_out), rows(laid_out, planter))
+    return Results(record_of(laid_out), rows(laid_out, planter))
 
 
 def study_folder(folder: Path, text: str = STUDY, planter: Planter = plant) -> Path:
@@ -95,7 +95,7 @@ def study_folder(folder: Path, text: str = STUDY, planter: Planter = plant) -> P
     with Store(out) as store:
         for row in rows(laid_out, planter).values():
             store.put(row)
-    facts_of(laid_out).write(out)
+    record_of(laid_out).write(out)
     (out / "runs" / "kept").mkdir(parents=True)
     (out / "runs.csv").write_text("seed\n")
     return out

@@ -96,7 +96,7 @@ class Varied(NamedTuple):
     drawn: bool = False
 
 
-class Facts(BaseModel, strict=True):
+class DesignRecord(BaseModel, strict=True):
     """What a report has to know of a design; the attributes are those of `Results`."""
 
     study: str
@@ -172,7 +172,7 @@ class Results:
         quantities: Metrics and rates, by name.
     """
 
-    def __init__(self, facts: Facts, rows: Mapping[str, Row]) -> None:
+    def __init__(self, facts: DesignRecord, rows: Mapping[str, Row]) -> None:
         """Compare them side by side.
 
         Args:
@@ -422,13 +422,13 @@ def _median(values: Array) -> float:
     return float(np.median(known)) if len(known) else math.nan
 
 
-def facts_of(design: Design) -> Facts:
+def record_of(design: Design) -> DesignRecord:
     """What a report has to know of a design, as JSON can hold it."""
     study = design.study
     log = {key for key, value in study.vary.items() if isinstance(value, Steps) and value.scale == "log"}
     drawn = {key: draw for key, draw in draws_of(study).items() if isinstance(draw, Range)}
     log |= {key for key, draw in drawn.items() if draw.scale == "log"}
-    return Facts(
+    return DesignRecord(
         study=study.study,
         description=study.description,
         texts={name: template.text for name, template in design.templates.items()},
@@ -468,13 +468,13 @@ def open_results(folder: Path) -> Results:
         return Results(facts, store.get(run.key for run in facts.runs))
 
 
-def _checked(found: Any, path: Path) -> Facts:
+def _checked(found: Any, path: Path) -> DesignRecord:
     """Return the facts of a design, if they are such.
 
     Raises:
         RunFolderError: If they are not.
     """
-    facts: Facts = checked(Facts, found, path)
+    facts: DesignRecord = checked(DesignRecord, found, path)
     known = VALUES.keys() | facts.metrics.keys()
     damage = [
         f"chosen names {name!r}, which is no metric of it" for name in facts.chosen if name not in known

@@ -22,7 +22,7 @@ from escort_mj.study.engine.store import FILE, Row, Store
 from escort_mj.study.engine.work import RUNS, Job, killed, perform
 from escort_mj.study.sweeps.definition import StudyFile, cells_of
 from escort_mj.study.sweeps.design import Cell, Design, Planned, word
-from escort_mj.study.sweeps.results import Results, facts_of
+from escort_mj.study.sweeps.results import Results, record_of
 
 CONFIRMING = "--yes (in Python confirmed=True) makes them"
 TABLE = "runs.csv"
@@ -84,7 +84,7 @@ def sweep_design(
     asked = list(design.runs())
     planned = [run for run in asked if run.cell in cells]
 
-    facts = facts_of(design)
+    facts = record_of(design)
 
     def kept() -> str:
         known = store.known()

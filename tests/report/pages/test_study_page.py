@@ -14,7 +14,7 @@ from escort_mj.report.pages.html import Table, Text, templates
 from escort_mj.report.pages.study_page import write_study_page
 from escort_mj.scenario import parse_scenario
 from escort_mj.study.engine.store import Store
-from escort_mj.study.sweeps.results import facts_of, open_results
+from escort_mj.study.sweeps.results import open_results, record_of
 from escort_mj.study.sweeps.worst import failed_runs, write_scenario
 from tests.plugged import METRIC
 from tests.report.browser import Page, look, needs_browser
@@ -174,7 +174,7 @@ def test_tables_show_chosen_quantities(few: Path) -> None:
 def test_a_study_without_runs_has_a_page(tmp_path: Path) -> None:
     out = tmp_path / "out"
     with Store(out):
-        facts_of(design(tmp_path)).write(out)
+        record_of(design(tmp_path)).write(out)
     assert "108 of 108 runs have not been made yet" in write_study_page(out).read_text()
 
 

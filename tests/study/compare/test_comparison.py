@@ -33,7 +33,7 @@ from escort_mj.study.compare.compare import (
 from escort_mj.study.compare.laws import controller_of, outer_of
 from escort_mj.study.sweeps.definition import load_study
 from escort_mj.study.sweeps.design import Design
-from escort_mj.study.sweeps.results import Results, facts_of
+from escort_mj.study.sweeps.results import Results, record_of
 from escort_mj.study.sweeps.statistics import spread_of
 from tests.study.planted import rows
 
@@ -53,7 +53,7 @@ def planted(tmp_path, planter, laws=("pd,asmc",), seeds=12, base=None, over=None
         found = planter(cell.labels[LAW]["law"], seed - design.seeds[0])
         return found if isinstance(found, str) else whole | found
 
-    return Results(facts_of(design), rows(design, plant))
+    return Results(record_of(design), rows(design, plant))
 
 
 def test_every_law_and_loop_has_a_name_for_people():

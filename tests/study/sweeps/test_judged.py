@@ -14,7 +14,7 @@ from escort_mj.study.engine.store import Row
 from escort_mj.study.sweeps.definition import load_study
 from escort_mj.study.sweeps.design import Design, word
 from escort_mj.study.sweeps.judged import Answer, Judged, judge_cells, judged_lines, rows_of
-from escort_mj.study.sweeps.results import Results, facts_of
+from escort_mj.study.sweeps.results import Results, record_of
 
 PAPER = scenarios_folder() / "studies" / "paper.yaml"
 FAST: dict[str, Any] = {"than": {"law": "b"}, "quantities": ["settling_time", "tracking_time"]}
@@ -44,7 +44,7 @@ def judged(claim: dict[str, Any], values: Any, missing: int = 0, apart: str = "l
         outcome, told = ("diverged", {}) if found is None else ("completed", found)
         table = run.key, run.seed, cell.settings, outcome, "far away", found is not None
         rows[run.key] = Row(*table, 1.0, 1.0, [], "", {}, told)
-    return judge_cells(Results(facts_of(design), rows))[0]
+    return judge_cells(Results(record_of(design), rows))[0]
 
 
 def test_cases_name_their_own_scenarios_and_alternatives_what_they_set() -> None:

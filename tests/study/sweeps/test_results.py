@@ -11,8 +11,8 @@ from escort_mj.study.engine.store import Store
 from escort_mj.study.sweeps.quantities import COLLIDED, COMPLETED, EFFORT, PASSED, PRECISION, SAFETY
 from escort_mj.study.sweeps.results import (
     Results,
-    facts_of,
     open_results,
+    record_of,
     spreads_by_factors,
     unit_of,
     word,
@@ -116,7 +116,7 @@ def test_runs_that_are_not_made_yet_are_missing(tmp_path: Path) -> None:
     with Store(folder) as store:
         for row in some.values():
             store.put(row)
-    facts_of(laid_out).write(folder)
+    record_of(laid_out).write(folder)
     found = open_results(folder)
     assert len(found.rows) == 5 and np.isnan(found.values(PASSED)).sum() == len(laid_out) - 5
 
