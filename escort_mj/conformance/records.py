@@ -55,7 +55,10 @@ BESIDE: dict[str, dict[str, Any]] = {
         "duration": 6.0,
         "target": None,
         "robots": {"positions": ((0.0, 0.0), (0.0, 3.0))},
-        "mission": {"behaviors": ({"behavior": "goal", "goals": ((1.0, 0.0), ((1.0, 3.0), (2.0, 3.0)))},)},
+        "mission": {
+            "max_speed": 1.0,
+            "behaviors": ({"behavior": "goal", "goals": ((1.0, 0.0), ((1.0, 3.0), (2.0, 3.0)))},),
+        },
     },
 }
 """Runs on which metrics and expectations are tried, by what is special."""

@@ -1,9 +1,19 @@
 """Whether and when robots come to their goals, and how far they go.
 
 A robot whose motors have failed still has its goal: it is there where it stands there, and nowhere else.
+
+Two measures set a robot's way against the straight one: from its first place through the waypoints that it
+passes to its last goal. Obstacles are not looked at; around them, every way is longer.
+
+`extra_time_to_goal` is that of Everett, Chen, How: Collision avoidance in pedestrian-rich environments with
+deep reinforcement learning, IEEE Access 9, 2021 (arXiv 1910.11689), and of gym-collision-avoidance;
+`success_by_path_length` is SPL of Anderson et al.: On evaluation of embodied navigation agents, 2018 (arXiv
+1807.06757).
 """
 
 from __future__ import annotations
+
+import math
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +25,7 @@ from escort_mj.metrics.watching import Course, Fold, Watch, last_of, nothing, si
 from escort_mj.record.recording import Recorded, lacks
 
 NO_GOALS = "robots have no goals"
+NO_LIMIT = "there is no speed limit (mission.max_speed)"
 SIGNALS = ("q", "goal", "goals_left")
 
 
@@ -35,6 +46,23 @@ def way_left(trace: Recorded) -> NDArray[np.float64]:
 def away(trace: Recorded) -> NDArray[np.float64]:
     """1 where a robot is not within `reach` of its last goal, else 0, shape (time, robot)."""
     return np.asarray(way_left(trace) > trace.attrs["goal_reach"], float)
+
+
+def _stays_from(trace: Recorded) -> NDArray[np.intp]:
+    """First sample from which on each robot stays within `reach` of its last goal, shape (robot,).
+
+    The number of samples where it is away at the end.
+    """
+    far = away(trace) > 0.0
+    return np.where(far.any(axis=0), len(far) - np.argmax(far[::-1], axis=0), 0)
+
+
+def _straight(trace: Recorded) -> NDArray[np.float64]:
+    """Length of each robot's way if straight from its first place to its goals, shape (robot,) [m]."""
+    q, goal, left = (trace[name].values for name in ("q", "goal", "goals_left"))
+    passed = np.append(left[1:] < left[:-1], np.ones((1, left.shape[1]), dtype=bool), axis=0)
+    ways = [np.vstack([q[0, i], goal[passed[:, i], i]]) for i in range(q.shape[1])]
+    return np.array([np.linalg.norm(np.diff(way, axis=0), axis=1).sum() for way in ways])
 
 
 GOAL_DISTANCE = Watch(Course("goal_distance", SIGNALS, simple(goal_distance), name_robots), Fold.LARGEST)
@@ -69,3 +97,33 @@ def arrived(trace: Recorded) -> Measure:
 def path_length(trace: Recorded) -> Measure:
     """Mean length of the robots' paths, taken as straight between samples."""
     return Measure(float(np.linalg.norm(np.diff(trace["q"].values, axis=0), axis=2).sum(axis=0).mean()))
+
+
+@metric(unit="s", least=-math.inf, watched=False, rank=36)
+def extra_time_to_goal(trace: Recorded) -> Measure:
+    """Mean over robots of the time until each stays at its last goal, less that straight at the speed limit.
+
+    At its goal is who is within `reach` of it; infinite if a robot is not at the end.
+    """
+    if lacks(trace, "goal"):
+        return Measure(None, reason=NO_GOALS)
+    if "max_speed" not in trace.attrs:
+        return Measure(None, reason=NO_LIMIT)
+    time, row = trace["time"].values, _stays_from(trace)
+    if (never := np.flatnonzero(row == len(time))).size:
+        return Measure(math.inf, float(time[-1]), robots(never), "never arrives")
+    way = np.maximum(_straight(trace) - float(trace.attrs["goal_reach"]), 0.0)
+    return Measure(float((time[row] - time[0] - way / float(trace.attrs["max_speed"])).mean()))
+
+
+@metric(unit="1", most=1.0, watched=False, more_is_better=True, rank=37)
+def success_by_path_length(trace: Recorded) -> Measure:
+    """Mean over robots of straight way by way taken, 0 for those not at their last goals at the end (SPL)."""
+    if lacks(trace, "goal"):
+        return Measure(None, reason=NO_GOALS)
+    row, straight = _stays_from(trace), _straight(trace)
+    legs = np.linalg.norm(np.diff(trace["q"].values, axis=0), axis=2)
+    taken = np.where(np.arange(len(legs))[:, None] < row, legs, 0.0).sum(axis=0)
+    longest, arrives = np.maximum(taken, straight), row < trace.sizes["time"]
+    share = np.divide(straight, longest, out=np.ones_like(straight), where=longest > 0.0)
+    return Measure(float(np.where(arrives, share, 0.0).mean()))

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from escort_mj.metrics.graphs import algebraic_connectivity, components, of_graphs, takes_long
 from escort_mj.metrics.measure import Measure
 from escort_mj.metrics.metric import metric
 from escort_mj.metrics.reading import ALL_LOST, NO_TARGET, escorts, lost, name_robots
@@ -20,8 +19,6 @@ Array = NDArray[np.float64]
 ALL_KNOW = "all robots know what the team's sensors show"
 NO_RADIO = "robots do not communicate"
 NO_COVARIANCE = "the estimator does not say how sure it is"
-DEAR = 2_000_000  # entries of the graphs of all samples: their eigenvalues take a second
-CUT = 1e-9  # a smaller second eigenvalue is that of a graph in parts
 
 
 def estimate_error(trace: Recorded) -> Array:
@@ -30,61 +27,16 @@ def estimate_error(trace: Recorded) -> Array:
     return np.where(lost(trace), np.nan, np.linalg.norm(off, axis=2))
 
 
-def linked(heard: NDArray[Any]) -> NDArray[np.bool_]:
-    """Who is linked with whom, because one of the two has heard the other, shape (robot, robot).
-
-    Args:
-        heard: The signal `heard_from` at a sample, shape (robot, slot).
-    """
-    n = len(heard)
-    found = np.zeros((n, n + 1), dtype=bool)
-    found[np.arange(n)[:, None], heard.astype(int)] = True
-    return np.asarray(found[:, 1:] | found[:, 1:].T)
-
-
 def parts(trace: Recorded) -> Array:
     """Number of parts of the graph of who hears whom, among robots that are left, shape (time,)."""
-    from scipy.sparse import csr_array
-    from scipy.sparse.csgraph import connected_components
-
-    def count(left: NDArray[np.bool_]) -> int:
-        return int(connected_components(csr_array(left), directed=False)[0]) if len(left) else 0
-
-    return _of_graphs(trace, count)
+    return of_graphs(trace, components)
 
 
 def _connectivity(trace: Recorded) -> Array:
     """Second-smallest eigenvalue of each graph's Laplacian, shape (time, 1); NaN of fewer than two robots."""
-
-    def second(left: NDArray[np.bool_]) -> float:
-        if len(left) < 2:
-            return math.nan
-        graph = left.astype(float)
-        found = float(np.linalg.eigvalsh(np.diag(graph.sum(axis=1)) - graph)[1])
-        return found if found > CUT else 0.0
-
     if lacks(trace, "heard_from"):
         return nothing(trace.sizes["time"])
-    return _of_graphs(trace, second)[:, None]
-
-
-def _of_graphs(trace: Recorded, of: Callable[[NDArray[np.bool_]], float]) -> Array:
-    """Return a number of each graph of who hears whom among robots that are left, shape (time,).
-
-    Args:
-        trace: Of a mission with a radio.
-        of: The number, of a matrix that says who is linked with whom.
-    """
-    heard, gone = trace["heard_from"].values, lost(trace)
-    changes = (heard[1:] != heard[:-1]).any(axis=(1, 2)) | (gone[1:] != gone[:-1]).any(axis=1)
-    first = np.flatnonzero(np.append(True, changes))  # a graph that was not there before
-    found = [float(of(linked(heard[row])[~gone[row]][:, ~gone[row]])) for row in first]
-    return np.repeat(found, np.diff(np.append(first, len(heard))))
-
-
-def _takes_long(trace: Recorded) -> bool:
-    """Whether there are too many robots and samples for the eigenvalues of every run."""
-    return bool(trace.sizes["time"] * trace.sizes["robot"] ** 2 > DEAR)
+    return of_graphs(trace, algebraic_connectivity)[:, None]
 
 
 def _nothing(trace: Recorded) -> Measure | None:
@@ -203,7 +155,7 @@ def messages_lost_share(trace: Recorded) -> Measure:
     unit="1",
     watched=False,
     more_is_better=True,
-    dear=_takes_long,
+    dear=takes_long,
     rank=56,
     of_team=True,
     watches=(CONNECTIVITY,),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
 from itertools import pairwise
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +14,7 @@ from escort_mj.monitor.signals import GEOMS, ROBOTS, TARGET
 from escort_mj.record.recording import Recorded, known_time
 
 Array = NDArray[np.float64]
+Number = TypeVar("Number", float, Array)
 
 SHORT = "the window holds a single sample"
 BY_GEOMS, BY_SPHERES = "by geoms", "at least, by the spheres around robots"
@@ -139,7 +141,7 @@ def radii_of(trace: Recorded) -> Array:
     return radii
 
 
-def safe_gap(trace: Recorded, radii: float, group: str) -> float:
+def safe_gap(trace: Recorded, radii: Number, group: str) -> Number:
     """Return the gap that avoidance keeps between the surfaces of a robot and a body [m].
 
     Args:
@@ -153,4 +155,4 @@ def safe_gap(trace: Recorded, radii: float, group: str) -> float:
         safe = attrs.get("teammate_distance", safe)
     elif group == TARGET:
         safe = attrs.get("target_distance", 0.0)
-    return float(safe) - radii * (attrs["safe_distance_measure"] == "center")
+    return float(safe) - radii * float(attrs["safe_distance_measure"] == "center")

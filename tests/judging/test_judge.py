@@ -459,12 +459,12 @@ UNSEEN = {
     ),
     "an obstacle that moves": (
         'obstacles: [{name: cart, radius: 0.3, motion: {position: ["8 - t", 0]}}]',
-        ["obstacle_clearance_min, at_least: 0.1", "touches_unexplained, at_most: 0", "tunneling, at_most: 1"],
+        ["obstacle_clearance_min, at_least: 0.1", "safety_obstacles, at_least: 1", "tunneling, at_most: 1"],
         "cart",
     ),
     "messages and estimates": (
         "knowledge: {}\ncommunication: {range: 9}",
-        ["connectivity_min, at_least: 0", "message_rate, at_least: 0", "estimate_error_rms, at_most: 1"],
+        ["union, at_least: 0", "message_rate, at_least: 0", "estimate_error_rms, at_most: 1"],
         "",
     ),
 }  # fmt: skip

@@ -4,9 +4,13 @@ import math
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
 
 from escort_mj.measuring import measure
 from tests.metrics.motions import TIME, steps
+from tests.synthetic import make_trace
 
 START = np.array([[0.0, 0.0], [0.0, 2.0], [0.0, 4.0]])
 GOAL = START + [4.0, 0.0]
@@ -21,7 +25,7 @@ def ways(*arrivals):
 @pytest.fixture
 def traced(make_trace):
     def make(q, **given):
-        return make_trace(TIME, robots=3, q=q, goal=GOAL, **given)
+        return make_trace(TIME, robots=3, q=q, **({"goal": GOAL} | given))
 
     return make
 
@@ -64,9 +68,81 @@ def test_waypoints_left_and_losses(traced):
     assert measure("arrived", traced(q, lost=lost)).value == pytest.approx(2 / 3)
 
 
+class TestAgainstTheStraightWay:
+    """Robots have 4 m to go, and are there once they are within 0.1 m; the speed limit is 2 m/s."""
+
+    @pytest.fixture
+    def limited(self, traced):
+        return lambda q, **given: traced(q, about={"max_speed": 2.0}, **given)
+
+    def test_straight_at_the_speed_limit_nothing_is_lost(self, limited):
+        trace = limited(ways(2.0, 2.0, 2.0))
+        assert measure("extra_time_to_goal", trace).value == pytest.approx(0.0, abs=0.02)
+        assert measure("success_by_path_length", trace).value == pytest.approx(1.0)
+
+    def test_each_second_more_is_one(self, limited):
+        trace = limited(ways(2.0, 4.0, 6.0))
+        late = np.array([0.0, 2.0, 4.0]) * 3.9 / 4.0
+        assert measure("extra_time_to_goal", trace).value == pytest.approx(late.mean(), abs=0.02)
+        assert measure("success_by_path_length", trace).value == pytest.approx(1.0)
+
+    @pytest.mark.parametrize("detour", [0.5, 3.0])
+    def test_a_detour(self, limited, detour):
+        q = ways(2.0, 2.0, 2.0)
+        out = np.clip(np.minimum(TIME, 2.0 - TIME), 0.0, 1.0)  # there and back, in two straight legs
+        q[:, 1, 1] += detour * out
+        found = measure("success_by_path_length", limited(q)).value
+        leg = np.hypot(2.0, detour)
+        assert found == pytest.approx((2.0 + 4.0 / (2.0 * leg)) / 3.0, abs=0.03)
+
+    def test_who_leaves_again_comes_later(self, limited):
+        q = ways(2.0, 2.0, 2.0)
+        q[:, 2, 1] += steps(TIME, 5.0, 0.3) - steps(TIME, 6.0, 0.3)
+        trace = limited(q)
+        assert measure("extra_time_to_goal", trace).value == pytest.approx((6.0 - 1.95) / 3.0, abs=0.02)
+        assert measure("success_by_path_length", trace).value == pytest.approx((2.0 + 4.0 / 4.6) / 3.0)
+
+    def test_the_way_leads_through_waypoints(self, limited):
+        corner = START + [4.0, 3.0]
+        share = np.clip(np.stack([TIME / 4.0, (TIME - 4.0) / 4.0]), 0.0, 1.0)[..., None, None]
+        q = START + share[0] * (corner - START) + share[1] * (GOAL - corner)
+        first = (TIME < 4.0)[:, None]
+        goal = np.where(first[..., None], corner, GOAL)
+        trace = limited(q, goal=goal, goals_left=first.astype(float))
+        assert measure("extra_time_to_goal", trace).value == pytest.approx(
+            (8.0 - 0.1 * 4.0 / 3.0) - (8.0 - 0.1) / 2.0, abs=0.02
+        )
+        assert measure("success_by_path_length", trace).value == pytest.approx(1.0)
+
+    def test_who_never_comes(self, limited):
+        trace = limited(ways(2.0, 40.0, 2.0))
+        found = measure("extra_time_to_goal", trace)
+        assert (found.value, found.bodies, found.reason) == (math.inf, ("robot_2",), "never arrives")
+        assert measure("success_by_path_length", trace).value == pytest.approx(2 / 3)
+
+    def test_who_is_there_from_the_start(self, limited):
+        trace = limited(np.tile(GOAL, (len(TIME), 1, 1)))
+        assert measure("extra_time_to_goal", trace).value == 0.0
+        assert measure("success_by_path_length", trace).value == 1.0
+
+    def test_without_a_speed_limit(self, traced):
+        found = measure("extra_time_to_goal", traced(ways(2.0, 2.0, 2.0)))
+        assert found.reason == "there is no speed limit (mission.max_speed)"
+
+    @given(places=arrays(float, (9, 3, 2), elements=st.floats(-5.0, 5.0)))
+    def test_no_way_is_shorter_than_the_straight_one(self, places):
+        trace = make_trace(np.arange(9.0), robots=3, q=places, goal=places[-1])
+        found = measure("success_by_path_length", trace).value
+        straight, taken = (
+            np.linalg.norm(np.diff(way, axis=0), axis=2).sum(axis=0) for way in (places[[0, -1]], places)
+        )
+        assert np.mean(straight / np.maximum(taken, 1e-300)) - 1e-9 <= found <= 1.0
+
+
 def test_no_goals_no_value(make_trace):
     trace = make_trace(TIME, robots=2, truth=False)
-    for name in ("arrival_time", "arrived", "goal_distance_max"):
+    names = ("arrival_time", "arrived", "goal_distance_max", "extra_time_to_goal", "success_by_path_length")
+    for name in names:
         assert measure(name, trace).reason == "robots have no goals"
     for name in ("radius_error_mean", "radius_error_max", "settling_time", "hull_margin"):
         assert (
@@ -113,3 +189,35 @@ def recomputed_arrived(again):
 
 def recomputed_path_length(again):
     return float(np.linalg.norm(np.diff(again.q, axis=0), axis=2).sum(axis=0).mean())
+
+
+def _ways(again):
+    """When each robot is there to stay, its straight way and the way that it takes until then."""
+    goal = next(b for b in again.case.keys["mission"]["behaviors"] if dict(b).get("behavior") == "goal")
+    there = _there(again)[0]
+    for robot, entry in enumerate(goal["goals"]):
+        absent = np.flatnonzero(~there[:, robot])
+        row = absent[-1] + 1 if len(absent) else 0
+        legs = [np.vstack([again.q[0, robot], np.atleast_2d(entry)]), again.q[: row + 1, robot]]
+        yield row, *(sum(np.linalg.norm(np.diff(leg, axis=0), axis=1)) for leg in legs)
+
+
+def recomputed_extra_time_to_goal(again):
+    limit = again.case.keys.get("mission", {}).get("max_speed")
+    if not _heads(again) or limit is None:
+        return None
+    found = [
+        again.time[row] - max(straight - 0.1, 0.0) / limit if row < again.steps else math.inf
+        for row, straight, _ in _ways(again)
+    ]
+    return float(np.mean(found))
+
+
+def recomputed_success_by_path_length(again):
+    if not _heads(again):
+        return None
+    found = [
+        straight / max(straight, taken) if straight and row < again.steps else float(row < again.steps)
+        for row, straight, taken in _ways(again)
+    ]
+    return float(np.mean(found))

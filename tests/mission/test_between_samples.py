@@ -36,7 +36,12 @@ JUMPING = Scenario(
 WAYS = Scenario(
     duration=8.0, target=None, robots={"positions": [[0.0, 0.0], [3.0, 0.0]]},
     mission={"behaviors": [{"behavior": "goal", "goals": [[2.0, 0.2], [5.0, 0.0]]}]},
+    sensing={"radius": {"robots": 2.601}},
     expect=(
+        {"metric": "order", "at_least": 0.5},
+        {"metric": "union", "at_least": 0.5},
+        {"metric": "connectivity", "at_least": 0.5},
+        {"metric": "safety_agents", "at_least": 0.5},
         {"reached": 0.1, "by": 6.0},
         {"metric": "arrival_time", "at_most": 6.0},
         {"metric": "goal_distance_max", "at_most": 1.0, "after": 1.0},

@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
-from escort_mj.metrics.knowledge import linked
+from escort_mj.metrics.graphs import linked
 from escort_mj.metrics.reading import lost
 from escort_mj.numerics.thomson import nearest_edges
 from escort_mj.palette import LOST

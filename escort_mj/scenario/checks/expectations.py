@@ -14,13 +14,18 @@ from escort_mj.scenario.schema.scenario import Scenario
 
 MOST_NAMES = 8  # listed in a message
 GOALS = "robots have no goals"
+SPEED = "there is no speed limit (mission.max_speed)"
 OPPONENTS = "there are no opponents"
 BELIEFS = "all robots know what the team's sensors show (knowledge, communication)"
 MESSAGES = "robots do not communicate (communication)"
+LINKS = "robots do not communicate, and see each other at any distance (communication, sensing.radius.robots)"
 TRUTH = "the truth is not recorded (recording.truth)"
 LYAPUNOV = "not all robots have one sliding-mode law (controller), whose Lyapunov function it is"
 NEEDS: dict[str, tuple[str, ...]] = (
-    dict.fromkeys(("reached", "goal_distance_max", "arrival_time", "arrived", "stuck"), (GOALS,))
+    dict.fromkeys(
+        ("reached", "goal_distance_max", "arrival_time", "arrived", "stuck", "success_by_path_length"),
+        (GOALS,),
+    )
     | dict.fromkeys(
         ("opponents_intercepted", "opponents_breached", "threat_time_min", "opponents_energy"), (OPPONENTS,)
     )
@@ -30,12 +35,14 @@ NEEDS: dict[str, tuple[str, ...]] = (
     | dict.fromkeys(
         ("message_rate", "messages_lost_share", "connectivity_min", "disconnected_time"), (MESSAGES,)
     )
+    | dict.fromkeys(("union", "connectivity"), (LINKS,))
     | dict.fromkeys(
         ("mass_eigenvalue_min", "mass_eigenvalue_max", "skew_residual", "coriolis_residual"), (TRUTH,)
     )
     | dict.fromkeys(("lyapunov_rise", "lyapunov_unexplained"), (TRUTH, LYAPUNOV))
 )
 """What metrics and expectations need, by their names, in the words for its lack."""
+NEEDS["extra_time_to_goal"] = (GOALS, SPEED)
 
 
 def check_bounds(mission: Mission) -> Iterator[Finding]:
@@ -84,9 +91,11 @@ def check_told(mission: Mission) -> Iterator[Finding]:
     stacks = [scenario.mission.behaviors, *(phase.behaviors for phase in scenario.mission.supervisor)]
     there = {
         GOALS: any(behavior.arrives_within for stack in stacks for behavior in stack),
+        SPEED: scenario.mission.max_speed is not None,
         OPPONENTS: bool(scenario.opponents),
         BELIEFS: scenario.knowledge is not None or scenario.communication is not None,
         MESSAGES: scenario.communication is not None,
+        LINKS: scenario.communication is not None or scenario.sensing.radius.robots is not None,
         TRUTH: scenario.recording.truth,
         LYAPUNOV: len(scenario.laws) == 1 and scenario.laws[0].has_lyapunov,
     }

@@ -43,6 +43,11 @@ CREATE TABLE IF NOT EXISTS claims (
 """
 
 
+def quoted(name: str) -> str:
+    """Return the name of a column as SQL takes it: some, such as `order`, are words of its own."""
+    return f'"{name}"'
+
+
 class Row(NamedTuple):
     """What came of one run.
 
@@ -119,7 +124,7 @@ class Store:
                 have = {row[1] for row in run("PRAGMA table_info(runs)")}
                 for name in METRIC_NAMES:
                     if name not in have:
-                        run(f"ALTER TABLE runs ADD COLUMN {name} REAL")
+                        run(f"ALTER TABLE runs ADD COLUMN {quoted(name)} REAL")
                 for name in (CUSTOM, FAULTS):
                     if name not in have:
                         run(f"ALTER TABLE runs ADD COLUMN {name} TEXT")
@@ -196,7 +201,7 @@ class Store:
         metrics = dict(values.pop("metrics"))
         values |= {name: metrics.pop(name, None) for name in METRIC_NAMES}
         values[CUSTOM] = json.dumps(metrics) if metrics else None
-        names = ", ".join(values)
+        names = ", ".join(map(quoted, values))
         with self._transaction() as run:
             marks = ", ".join("?" for _ in values)
             run(f"INSERT OR IGNORE INTO runs ({names}) VALUES ({marks})", tuple(values.values()))
@@ -211,7 +216,7 @@ class Store:
     def get(self, keys: Iterable[str]) -> dict[str, Row]:
         """Runs by key; those that have not ended are left out."""
         columns = [name for name in Row._fields if name != "metrics"]
-        query = f"SELECT {', '.join([*columns, *METRIC_NAMES, CUSTOM])} FROM runs WHERE key = ?"
+        query = f"SELECT {', '.join(map(quoted, [*columns, *METRIC_NAMES, CUSTOM]))} FROM runs WHERE key = ?"
         found: dict[str, Row] = {}
         with self._transaction() as run:
             for key in keys:
