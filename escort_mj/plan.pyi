@@ -388,6 +388,8 @@ class State(Fields):
     disturbance_force: Array  # (pushed, p) [N]
     noise: Array  # (blown, p) [1]
     common_noise: Array  # (p) [1]
+    second_noise: Array  # (blown_twice, p) [1]
+    second_common_noise: Array  # (p) [1]
     component_rate: Array  # (memories, n, p) [1/s]
     rate_found: Array  # (remembering, p) [1/s]
     memory_row: Array  # (1) [1]

@@ -10,6 +10,7 @@ from escort_mj.components.facts import Facts, Misfit
 from escort_mj.components.parameters import Vector
 from escort_mj.disturbances import Disturbance
 from escort_mj.disturbances.disturbance import Robots as TrueRobots
+from escort_mj.disturbances.wind import Wind, drag, toward
 from escort_mj.estimators import Belief, Estimator, Witness
 from escort_mj.expectations.expectation import Judgment
 from escort_mj.expectations.expectation import Windowed as Expectation
@@ -65,12 +66,15 @@ __all__ = [
     "Values",
     "Vec",
     "Vector",
+    "Wind",
     "Witness",
     "dot",
+    "drag",
     "metric",
     "norm",
     "of_numbers",
     "quarter_turn",
+    "toward",
     "unit_axis",
     "where",
 ]

@@ -124,7 +124,7 @@ class Stand:
         for i in range(len(state.model_mass)):
             state.model_mass[i] = np.eye(state.q.shape[1]).ravel() * random.uniform(0.5, 2.0)
         state.model_bias[:] = random.standard_normal(state.model_bias.shape)
-        for values in (state.noise, state.common_noise):
+        for values in (state.noise, state.common_noise, state.second_noise, state.second_common_noise):
             values[:] = random.standard_normal(values.shape)
         for values in (state.q, state.v, state.mover_position, state.mover_velocity, state.policy_memory):
             values[:] = random.standard_normal(values.shape)

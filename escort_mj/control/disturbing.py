@@ -20,6 +20,7 @@ from escort_mj.numerics.gaussian import DISTURBANCE, normals
 from escort_mj.plan import Plan, State
 
 BLOCKS = 4  # of a stream, for the numbers of one disturbance
+SECOND = 2**20  # blocks from these to its second numbers
 EQUATED = tuple(kind for kind in DISTURBANCES if kind.force is not Disturbance.force)
 """Those of the package that are equations, not functions of time alone."""
 
@@ -32,7 +33,7 @@ class DisturbanceParameters(Fields):
     ]
     disturbance_place: Annotated[Array, "disturbances", Value("1", "where its block in `parameters` begins")]
     disturbance_row: Annotated[Array, "disturbances", Value("1", "where its own memory begins")]
-    disturbance_draws: Annotated[Array, "disturbances", Value("1", "whether it is given random numbers")]
+    disturbance_draws: Annotated[Array, "disturbances", Value("1", "how many random numbers it is given")]
 
     @classmethod
     def packed(cls, setup: MissionSetup) -> dict[str, Any]:
@@ -51,6 +52,8 @@ class DisturbanceState(Fields):
     disturbance_force: Annotated[Array, "pushed", "p", Value("N", "of one disturbance")]
     noise: Annotated[Array, "blown", "p", Value("1", "normal random numbers")]
     common_noise: Annotated[Array, "p", Value("1", "likewise, the same for all robots")]
+    second_noise: Annotated[Array, "blown_twice", "p", Value("1", "others, for those that draw two")]
+    second_common_noise: Annotated[Array, "p", Value("1", "likewise, the same for all robots")]
 
 
 @on_demand_unrolled
@@ -58,8 +61,8 @@ def disturb(plan: Plan, state: State) -> None:
     """Add the forces of all disturbances that are equations to `disturbance`."""
     n, p = state.q.shape
     for d in range(plan.disturbance_kind.shape[0]):
-        if plan.disturbance_draws[d] != 0.0:
-            _draw(d, plan, state)
+        for number in range(int(plan.disturbance_draws[d])):
+            _draw(d, number, plan, state)
         if state.component_memory.shape[0] > 0:
             state.memory_row[0] = plan.disturbance_row[d]
         block = block_at(int(plan.disturbance_place[d]), plan)
@@ -69,13 +72,19 @@ def disturb(plan: Plan, state: State) -> None:
 
 
 @on_demand
-def _draw(d: int, plan: Plan, state: State) -> None:
-    """Draw the random numbers of a disturbance for the present step: the same in any order and number."""
+def _draw(d: int, number: int, plan: Plan, state: State) -> None:
+    """Draw the first or second random numbers of a disturbance for the present step.
+
+    They are the same in any order and number.
+    """
     n, p = state.q.shape
+    own, common = state.noise, state.common_noise
+    if number == 1:
+        own, common = state.second_noise, state.second_common_noise
     drawn, step = vector_at(stack_memory(), p), int(state.step[0])
     for i in range(n + 1):  # past the last robot those that all have in common
-        normals(p, plan.seed, 1 + BLOCKS * d, DISTURBANCE, i, step, drawn)
-        copy_numbers(drawn, state.noise[i] if i < n else state.common_noise, p)
+        normals(p, plan.seed, 1 + BLOCKS * d + SECOND * number, DISTURBANCE, i, step, drawn)
+        copy_numbers(drawn, own[i] if i < n else common, p)
 
 
 _push = asker(EQUATED, custom_disturbance, on_demand_unrolled)

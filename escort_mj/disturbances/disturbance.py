@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from functools import cache
 from typing import Annotated, Any, ClassVar, NamedTuple
 
@@ -25,6 +25,8 @@ class DisturbanceView(NamedTuple):
     robot_radius: Annotated[Array, "n"]  # [m]
     noise: Annotated[Array, "blown", "p"]  # normal random numbers of this step; for those that draw
     common_noise: Annotated[Array, "p"]  # likewise, the same for all robots
+    second_noise: Annotated[Array, "blown_twice", "p"]  # likewise others, for those that draw two
+    second_common_noise: Annotated[Array, "p"]
     component_memory: Annotated[Array, "memories", "n", "p"]  # integrals of the rates below, at first 0
     memory_row: Annotated[Array, 1]  # where its own begin
     disturbance_force: Annotated[Array, "pushed", "p"]  # written [N]
@@ -76,6 +78,19 @@ class Robots(Computed):
         """Likewise, the same for all robots [1]."""
         return one_row(self.seen, self.seen.common_noise)
 
+    @property
+    def second_noise(self) -> Vec:
+        """Other random numbers for each robot and axis [1]."""
+        return rows_at(self.seen, self.seen.second_noise, self.i)
+
+    @property
+    def second_common_noise(self) -> Vec:
+        """Likewise, the same for all robots [1]."""
+        return one_row(self.seen, self.seen.second_common_noise)
+
+
+NOISES = ("noise", "common_noise"), ("second_noise", "second_common_noise")
+
 
 class Disturbance(Equations):
     """A force on every robot that the controller does not know.
@@ -83,7 +98,8 @@ class Disturbance(Equations):
     A subclass has a key `disturbance` with its name, parameters, and the equation `force(self, r)`, which
     returns a vector [N]. What it integrates of its own, it declares, as in
     `gust: ClassVar[Memory] = Memory("m/s", "gust")`, with the rate as `gust_rate(self, r)`; the value is
-    `r.gust`. It may have random numbers (`r.noise`) if it says `draws: ClassVar[bool] = True`.
+    `r.gust`. It may have random numbers (`r.noise`) if it says `draws: ClassVar[bool] = True`; with
+    `draws: ClassVar[int] = 2`, `r.second_noise` has as many more.
     """
 
     plural: ClassVar[str] = "disturbances"
@@ -97,8 +113,8 @@ class Disturbance(Equations):
     reads: ClassVar[tuple[tuple[str, str], ...]] = tuple((name, name) for name in names_of(Robots))
     keeps: ClassVar[str] = "component_memory"
     first: ClassVar[str] = "memory_row"
-    draws: ClassVar[bool] = False
-    """Whether it is given random numbers."""
+    draws: ClassVar[int] = 0
+    """How many random numbers it is given, for each robot and axis; true for one."""
 
     disturbance: str
 
@@ -116,10 +132,16 @@ class Disturbance(Equations):
         return ()
 
     @classmethod
+    def misstated(cls) -> Iterator[tuple[str, str]]:
+        """Yield a number of random numbers that is not to be had."""
+        if cls.draws not in range(len(NOISES) + 1):
+            yield "draws", "True, False or 2"
+
+    @classmethod
     def robots(cls) -> type[Robots]:
         """Return what its equations are handed: robots that have its own memory by name."""
         own = {name: _remembered(row) for row, name in enumerate(cls.memories())}
-        return with_own(Robots, cls, own, () if cls.draws else ("noise", "common_noise"))
+        return with_own(Robots, cls, own, [name for names in NOISES[int(cls.draws) :] for name in names])
 
     @classmethod
     def evaluation(cls, made: Call, equations: Mapping[str, Call]) -> Call:

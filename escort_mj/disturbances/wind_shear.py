@@ -9,11 +9,12 @@ from pydantic import NonNegativeFloat, PositiveFloat
 
 from escort_mj.components.equations import Memory
 from escort_mj.components.facts import Facts, Misfit
-from escort_mj.disturbances.disturbance import Disturbance, Robots
-from escort_mj.native.vectors import Vec, norm, quarter_turn, unit_axis
+from escort_mj.disturbances.disturbance import Robots
+from escort_mj.disturbances.wind import Wind, drag, toward
+from escort_mj.native.vectors import Vec
 
 
-class WindShear(Disturbance):
+class WindShear(Wind):
     """Drag in a wind whose mean speed grows with the height, which is the last axis, with gusts.
 
     The mean speed follows the logarithmic law or the power law (Burton et al., Wind Energy Handbook, 2011,
@@ -21,7 +22,7 @@ class WindShear(Disturbance):
     Dryden's of longitudinal gusts (MIL-F-8785C, 1980, section 3.7).
     """
 
-    draws: ClassVar[bool] = True
+    draws: ClassVar[int] = 1
     gust: ClassVar[Memory] = Memory("m/s", "velocity of the gust")
     disturbance: Literal["wind_shear"] = "wind_shear"
     profile: Literal["logarithmic", "power"] = "logarithmic"
@@ -44,13 +45,9 @@ class WindShear(Disturbance):
     """Correlation time of the gusts [s]; Dryden: length scale divided by airspeed."""
     common: bool = True
     """Whether the same gusts meet all robots at once; otherwise, each robot has its own."""
-    density: NonNegativeFloat = 1.2
-    """Density of the air [kg/m^3]."""
-    drag_coefficient: NonNegativeFloat = 0.47
-    """Drag coefficient, with the cross section of a ball of the robot's radius [1]."""
 
     def force(self, r: Robots) -> Vec:
-        """Return the drag, rho C_d A |w| w / 2 with the relative wind w."""
+        """Return the drag."""
         height = r.q[-1] - self.ground
         if self.profile == 0:
             share = np.log(np.maximum(height / self.roughness, 1.0)) / math.log(
@@ -58,11 +55,7 @@ class WindShear(Disturbance):
             )
         else:
             share = np.power(np.maximum(height / self.reference, 0.0), self.exponent)
-        ahead = unit_axis(r.q, 0)
-        along = math.cos(self.heading) * ahead + math.sin(self.heading) * quarter_turn(ahead)
-        wind = self.speed * share * along + r.gust - r.v
-        area = math.pi * r.radius * r.radius
-        return 0.5 * self.density * self.drag_coefficient * area * norm(wind) * wind
+        return drag(self, r, self.speed * share * toward(r.q, self.heading) + r.gust)
 
     def gust_rate(self, r: Robots) -> Vec:
         """Return what makes of each gust the next one, exactly: a share of it, and noise."""

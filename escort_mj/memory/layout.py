@@ -184,6 +184,7 @@ BY_ROBOT = (
         "remembering",
         "pushed",
         "blown",
+        "blown_twice",
         "failing",
         "ruled",
     ),

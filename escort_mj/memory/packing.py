@@ -68,6 +68,7 @@ def pack(setup: Setup, sampling: Sampling, signals: Sequence[str] = ()) -> Array
         "remembering": n * bool(setup.memory),
         "pushed": n * bool(setup.disturbances),
         "blown": n * any(each.draws for each in setup.disturbances),
+        "blown_twice": n * any(each.draws > 1 for each in setup.disturbances),
         "mixed": n * bool(setup.laws),
         "ruled": n * any(phase.when is not None for phase in setup.phases),
         "turns": len(values["turns"]) // p,

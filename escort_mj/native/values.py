@@ -113,14 +113,16 @@ class Arrays(Values):
         raise AttributeError(unknown(name, self._names.known))
 
 
-GIVEN = {"noise": "draws", "common_noise": "draws", "bias": "needs_model", "v_d_rate": "differentiates"}
-"""Names that only those components read that say so, and how they do."""
+GIVEN = dict.fromkeys(("noise", "common_noise"), "draws: ClassVar[bool] = True")
+GIVEN |= dict.fromkeys(("second_noise", "second_common_noise"), "draws: ClassVar[int] = 2")
+GIVEN |= {"bias": "needs_model: ClassVar[bool] = True", "v_d_rate": "differentiates: ClassVar[bool] = True"}
+"""Names that only those components read that say so, and the line that does."""
 
 
 def unknown(name: str, names: Iterable[str]) -> str:
     """Return what to say of a name that cannot be read, where only some names can."""
     if name in GIVEN:
-        return f'"{name}" is given to what has the line {GIVEN[name]}: ClassVar[bool] = True'
+        return f'"{name}" is given to what has the line {GIVEN[name]}'
     known = sorted(names)
     near = get_close_matches(name, known, 1)
     hint = f'; did you mean "{near[0]}"?' if near else ""

@@ -104,14 +104,23 @@ def sine_and_cosine(x: Lanes) -> tuple[Lanes, Lanes]:
     return sine, cosine
 
 
-@inlined
-def logarithm(x: Lanes) -> Lanes:
-    """Natural logarithm, with libm, one by one."""
-    numbers = vector_at(stack_memory(), WIDTH)
-    store(numbers, 0, x)
-    for lane in range(WIDTH):
-        numbers[lane] = np.log(numbers[lane])
-    return load(numbers, 0)
+def _each(function: Callable[[float], float]) -> Callable[[Lanes], Lanes]:
+    """Return a function of lanes that takes a function of libm, one by one."""
+
+    def evaluate(x: Lanes) -> Lanes:
+        numbers = vector_at(stack_memory(), WIDTH)
+        store(numbers, 0, x)
+        for lane in range(WIDTH):
+            numbers[lane] = function(numbers[lane])
+        return load(numbers, 0)
+
+    return inlined(evaluate)
+
+
+logarithm = _each(np.log)
+"""Natural logarithm."""
+exponential = _each(np.exp)
+"""Power of e."""
 
 
 def _lane_by_lane(function: Callable[[float, float], float]) -> Callable[[Lanes, Lanes], Lanes]:

@@ -6,7 +6,7 @@ import numpy as np
 
 from escort_mj.native.lanes import copysign, everywhere, root, where
 from escort_mj.native.values import numpy_forms
-from escort_mj.numerics.elementary import logarithm, power, sine_and_cosine, tanh
+from escort_mj.numerics.elementary import exponential, logarithm, power, sine_and_cosine, tanh
 
 numpy_forms += [
     (np.tanh, 1, lambda x: tanh(x)),
@@ -17,6 +17,7 @@ numpy_forms += [
     (np.sin, 1, lambda x: sine_and_cosine(x)[0]),
     (np.cos, 1, lambda x: sine_and_cosine(x)[1]),
     (np.log, 1, lambda x: logarithm(x)),
+    (np.exp, 1, lambda x: exponential(x)),
     (np.power, 2, lambda x, y: power(everywhere(x), everywhere(y))),
     (np.sign, 1, lambda x: where(x > 0.0, 1.0, where(x < 0.0, -1.0, x))),
     (np.copysign, 2, lambda x, y: copysign(everywhere(x), everywhere(y))),
