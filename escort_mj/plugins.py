@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from escort_mj.behaviors.behavior import Avoidance, Behavior
+from escort_mj.behaviors.behavior import Avoidance, Behavior, Plane
 from escort_mj.behaviors.robots import Robots
 from escort_mj.behaviors.task import Inequality, Task, across, at_least, both, keep, keep_distance, move, only
 from escort_mj.components.equations import Memory
@@ -47,6 +47,7 @@ __all__ = [
     "Memory",
     "Measure",
     "Misfit",
+    "Plane",
     "Policy",
     "Radio",
     "RobotKind",

@@ -68,6 +68,9 @@ def describe(sizes: Mapping[str, int], **changes: Any) -> dict[str, Any]:
         "neighbors": [[i, i + 1] for i in range(1, n)],
         "spacing": 1.0,
         "teams": ["team"] * sizes.get("team", 0),
+        "borders": [],
+        "border_point": [],
+        "border_normal": [],
         "movers": ["rock 1", "target"] * ("mover" in sizes),
         "lidar_ray": np.ones((sizes.get("ray", 0), sizes["axis"])).tolist(),
         "attributes": {

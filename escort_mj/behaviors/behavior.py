@@ -29,6 +29,18 @@ class Avoidance(NamedTuple):
     sidestep: float = 0.0
 
 
+class Plane(NamedTuple):
+    """A line (in the plane) or a plane (in space), and a side of it.
+
+    Attributes:
+        point: On it, one number for each axis [m].
+        normal: A vector of any length but 0 that points to the side on which robots stay [1].
+    """
+
+    point: tuple[float, ...]
+    normal: tuple[float, ...]
+
+
 class Behavior(Equations):
     """What velocity each robot is to have, and which directions that takes.
 
@@ -84,6 +96,10 @@ class Behavior(Equations):
             radius: The robot's [m].
         """
         return 0.0
+
+    def border(self) -> Plane | None:
+        """Return what robots do not cross, for pictures; None where there is no such line or plane."""
+        return None
 
     @property
     def arrives_within(self) -> float:

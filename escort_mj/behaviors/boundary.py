@@ -4,7 +4,7 @@ from typing import ClassVar, Literal
 
 from pydantic import NonNegativeFloat, PositiveFloat
 
-from escort_mj.behaviors.behavior import Behavior
+from escort_mj.behaviors.behavior import Behavior, Plane
 from escort_mj.behaviors.robots import Robots
 from escort_mj.behaviors.task import Inequality, at_least
 from escort_mj.components.parameters import Vector
@@ -31,6 +31,10 @@ class Boundary(Behavior):
     """Distance that a robot's surface keeps from the boundary [m]."""
     rate: PositiveFloat = 2.0
     """Share of the remaining distance that a robot may use up per second [1/s]."""
+
+    def border(self) -> Plane:
+        """Return the boundary."""
+        return Plane(self.point, self.normal)
 
     def task(self, r: Robots) -> Inequality:
         """Return the inequality m . (q - point) >= margin + radius."""

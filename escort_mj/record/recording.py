@@ -387,6 +387,10 @@ NUMBERS = (
         "points around each obstacle, relative to its center",
         EXTRA,
     ),
+    _number(
+        "border_point", "border axis", "m", "a point on each line or plane that robots do not cross", EXTRA
+    ),
+    _number("border_normal", "border axis", "1", "vector from it to the side on which robots stay", EXTRA),
     _number("lidar_ray", "ray axis", "1", "unit vector along each ray of the robots' lidars", LIDAR),
 )
 """Numbers of robots, obstacles, bodies and the formation that do not change."""
@@ -400,6 +404,7 @@ NAMES = (
         "free by its forces, driven by one, led (put where it is to be), or still", EXTRA,
     ),
     _names("behavior", "behavior", "behaviors", "name of the behavior"),
+    _names("border", "border", "borders", "behavior whose line or plane it is", EXTRA),
     _names("body_shape", "body", "body_shapes", "what of the body can touch: a shape, or its geoms", EXTRA),
     _names("team", "team", "teams", "name of the team", TEAMS),
     _names("watch", "watch", "watches", "what expectations ask about every physics step", WATCHES),

@@ -10,7 +10,10 @@ from typing import Any
 import mujoco
 import numpy as np
 
+from escort_mj.behaviors.behavior import Plane
 from escort_mj.components.movers import kept_by
+from escort_mj.components.setup import MissionSetup
+from escort_mj.errors import PluginError
 from escort_mj.native.levels import level
 from escort_mj.native.shipped import numba_version
 from escort_mj.record.revision import git_revision
@@ -36,6 +39,23 @@ def _outlines(mission: Mission) -> list[list[list[float]]]:
     return [outline(body.solid, mission.scenario.axes).tolist() for body in bodies]
 
 
+def _borders(setup: MissionSetup) -> dict[tuple[str, Plane], None]:
+    """The lines or planes that robots do not cross, each once, with the name of the behavior.
+
+    Raises:
+        PluginError: If a plugin's has another number of axes.
+    """
+    found: dict[tuple[str, Plane], None] = {}
+    for behavior in setup.all_behaviors:
+        if (border := behavior.border()) is None:
+            continue
+        if {len(border.point), len(border.normal)} != {setup.axes}:
+            words = f"border returned {border}; the mission has {setup.axes} axes"
+            raise PluginError(f"the behavior {behavior.behavior}: {words}")
+        found[behavior.behavior, Plane(tuple(border.point), tuple(border.normal))] = None
+    return found
+
+
 def labels_of(scenario: Scenario, world: World) -> dict[str, Any]:
     """What the trace says of the mission beside its signals."""
     obstacles = [body.name for body in world.mission.obstacles]
@@ -51,6 +71,7 @@ def labels_of(scenario: Scenario, world: World) -> dict[str, Any]:
     edge_team = setup.members[neighbors[:, 0]]
     avoids = (behavior.avoidance(setup) for behavior in setup.behaviors)
     avoid = next(filter(None, avoids), None)
+    borders = _borders(setup)
     return {
         "bodies": world.bodies.names,
         "body_groups": world.bodies.groups,
@@ -65,6 +86,9 @@ def labels_of(scenario: Scenario, world: World) -> dict[str, Any]:
         "obstacle_radius": setup.obstacle_radius.tolist(),
         "obstacle_outline": _outlines(world.mission),
         "lidar_ray": lidar.directions(setup.axes).tolist() if lidar is not None and lidar.record else [],
+        "borders": [name for name, _ in borders],
+        "border_point": [plane.point for _, plane in borders],
+        "border_normal": [plane.normal for _, plane in borders],
         "force_limit": setup.force_limit.tolist(),
         "neighbors": (neighbors + 1).tolist(),
         "spacing": spacing.tolist(),

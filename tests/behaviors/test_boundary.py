@@ -2,6 +2,7 @@
 
 import inspect
 import re
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +11,9 @@ import pytest
 import escort_mj
 from escort_mj import Run, ScenarioError, load_scenario
 from escort_mj.behaviors.boundary import Boundary
+from escort_mj.errors import EscortError
+from escort_mj.report.figures.paths import bounds
+from tests.report.figures.test_knowledge import drawn, words
 
 EDGE = 3.2  # m along the first axis; the team's sphere around the target goes beyond it
 EXACT = {"sensing": {}, "uncertainty": {}}
@@ -90,6 +94,37 @@ def test_its_text_is_a_plugin_with_the_same_bits(compiled: None, tmp_path: Path)
         run = escort_mj.run(scenario.replace({"mission.behaviors": [table, "vertices", "surface"]}))
         found.append(run.trace["q"].values)
     assert np.array_equal(*found) and found[0][..., 0].max() > EDGE - 0.5
+
+
+@pytest.mark.parametrize("axes", [2, 3])
+def test_pictures_show_it_with_its_name(compiled: None, axes: int) -> None:
+    run = flown("main" if axes == 2 else "main_3d", "nsb", True, EXACT, ("duration=2", "expect=[]"))
+    assert run.trace["border"].values.tolist() == ["boundary"]
+    assert run.trace["border_point"].values.tolist() == [[EDGE, *[0.0] * (axes - 1)]]
+    assert "boundary" in words(drawn(run.trace, "paths"))
+    low, high = bounds(run.trace)
+    far = run.trace.assign(border_point=run.trace["border_point"] + 10.0 * (high - low))
+    assert "boundary" not in words(drawn(far, "paths"))
+
+
+@pytest.mark.parametrize(
+    ("told", "said"),
+    [
+        ("return 3", "border returned 3; expected a Plane, or None"),
+        ("return Plane((0.0, 1.0), (0.0, 0.0))", "expected a normal that is not 0"),
+        ("return Plane((0.0,), (1.0,))", "the mission has 2 axes"),
+        ("return Plane((0.0, np.nan), (1.0, 0.0))", "point: found nan; expected a finite number"),
+        ("return Plane(0.0, 1.0)", "border.py:.*TypeError"),
+    ],
+)
+def test_what_a_plugin_says_of_its_border_is_looked_at(tmp_path: Path, told: str, said: str) -> None:
+    text = inspect.getsource(sys.modules[Boundary.__module__]).replace('"boundary"', '"border"')
+    text = "import numpy as np\n" + text.replace("return Plane(self.point, self.normal)", told)
+    (plugin := tmp_path / "border.py").write_text(text)
+    table = BORDER | {"point": [EDGE, 0.0]}
+    scenario = load_scenario("main", ["duration=1", "expect=[]"], [str(plugin)])
+    with pytest.raises(EscortError, match=said):
+        escort_mj.run(scenario.replace({"mission.behaviors": [table, "vertices", "surface"]}))
 
 
 def test_a_vector_may_have_no_default_and_then_has_to_be_given(tmp_path: Path) -> None:

@@ -12,7 +12,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, Patch, Polygon
 from matplotlib.patheffects import Normal, Stroke
 from matplotlib.ticker import MaxNLocator, MultipleLocator
-from mpl_toolkits.mplot3d.art3d import Line3DCollection
+from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
 from mpl_toolkits.mplot3d.axes3d import Axes3D
 from numpy.typing import NDArray
 
@@ -27,7 +27,8 @@ from escort_mj.report.figures.drawing.style import WIDTH, Key, fit_marks, narrow
 from escort_mj.report.figures.knowledge import estimate_ways, known_keys, mark_known
 from escort_mj.report.figures.losses import links, links_at, lost_keys
 from escort_mj.report.figures.opponents import draw_opponents, opponent_keys, opponents
-from escort_mj.report.video.replay import outlines, safe_radius
+from escort_mj.report.video.cuts import behind, cut
+from escort_mj.report.video.replay import borders, outlines, safe_radius
 from escort_mj.scenario.geometry.shapes import OUTLINE_POINTS, outward
 
 Array = NDArray[np.float64]
@@ -37,6 +38,7 @@ Formations = list[tuple[int, NDArray[np.int64]]]
 MOMENTS = 5  # at which the formation is drawn
 POINTS = 4000  # of a path at most
 ESCORT = (0.45, 0.50, 0.56)
+FORBIDDEN: dict[str, Any] = {"color": palette.CONTACT, "linewidth": 0}  # what is behind a border
 RANGE = 1e7  # [m]; a run that diverged farther is cut there
 
 
@@ -73,7 +75,7 @@ def plan_view(figure: Figure, trace: Recorded) -> None:
     moments = _moments(trace)
     _plan(axes, trace, moments, links(trace))
     _words(axes, trace, moments)
-    teams.name_all(figure, [axes], trace, _keys(trace))
+    teams.name_all(figure, [axes], trace, _keys(trace, _borders(trace)))
     fit_marks(figure)
 
 
@@ -98,6 +100,11 @@ def _plan(axes: Axes, trace: Recorded, moments: list[int], formations: Formation
 
     for way, radius, clear, points in _obstacles(trace):
         _obstacle(axes, way, radius, clear, points[:, :2])
+
+    for _, point, normal in _borders(trace):
+        corner = low - margin, high + margin
+        axes.add_patch(Polygon(behind(point, normal, *corner), **FORBIDDEN, alpha=0.1, zorder=0.8))
+        axes.plot(*cut(point, normal, *corner).T, color=palette.CONTACT, linewidth=1.2, zorder=1.1)
 
     target = trace["target_position"].values
     rim: dict[str, Any] = {"fill": False, "color": ESCORT, "linewidth": 0.8, "linestyle": (0, (1, 2))}
@@ -168,7 +175,7 @@ def _obstacle(axes: Axes, way: Array, radius: float, clear: float, points: Array
 
 def space_view(figure: Figure, trace: Recorded) -> None:
     """Paths along x, y, z, seen from the side of the target's way, with their shadows below."""
-    trace = trace.isel(axis=range(3))
+    planes, trace = _borders(trace), trace.isel(axis=range(3))
     axes: Any = figure.add_subplot(projection="3d", computed_zorder=False)
     low, high = bounds(trace)
     middle, half = (low + high) / 2, np.maximum((high - low) / 2 * 1.03, 1e-3)
@@ -179,9 +186,13 @@ def space_view(figure: Figure, trace: Recorded) -> None:
         ticks = int(np.clip(round((4 if narrow(figure) else 7) * size / half.max()), 2, 7))
         getattr(axes, f"{name}axis").set_major_locator(MaxNLocator(ticks))
     zoom = 1.05 + 0.3 * max(2.0 * half[0] / np.linalg.norm(half) - 1.0, 0.0)
-    axes.set_box_aspect(half, zoom=zoom)
+    axes.set_box_aspect(half.copy(), zoom=zoom)  # it scales what it is given
     axes.view_init(elev=22, azim=-62)
     floor = middle[2] - half[2]
+    for _, point, normal in planes:
+        rim = cut(point, normal, middle - half, middle + half)
+        axes.add_collection3d(Poly3DCollection([rim], **FORBIDDEN, alpha=0.1, zorder=0.8))
+        axes.plot(*rim[[*range(len(rim)), 0]].T, color=palette.CONTACT, linewidth=1.2, zorder=0.9)
 
     q, target = trace["q"].values, trace["target_position"].values
     rows, count = _rows(len(q)), q.shape[1]
@@ -209,7 +220,7 @@ def space_view(figure: Figure, trace: Recorded) -> None:
     for artist in (*axes.lines, *axes.collections):
         artist.set_clip_on(False)  # a long mission may be wider than the square that 3-D axes reserve
         artist.set_in_layout(False)
-    teams.name_all(figure, [axes], trace, _keys(trace))
+    teams.name_all(figure, [axes], trace, _keys(trace, planes))
     fit_marks(figure)
     axes.set_box_aspect(half, zoom=zoom * room_in_space(figure, axes))
 
@@ -316,7 +327,17 @@ def _words(axes: Axes, trace: Recorded, moments: list[int]) -> None:
         )
 
 
-def _keys(trace: Recorded) -> list[Key]:
+def _borders(trace: Recorded) -> list[tuple[str, Array, Array]]:
+    """Behavior, point and normal of the lines or planes that robots do not cross, those within the bounds."""
+    planes = borders(trace)
+    if not len(planes):
+        return []
+    box, names = bounds(trace), map(str, trace["border"].values)
+    found = [(name, point, normal) for name, (point, normal) in zip(names, planes, strict=True)]
+    return [plane for plane in found if len(cut(*plane[1:], *box))]
+
+
+def _keys(trace: Recorded, planes: list[tuple[str, Array, Array]]) -> list[Key]:
     """Legend entries of what is no robot."""
     dot: dict[str, Any] = {"linestyle": "none", "marker": "o"}
     keys: list[Key] = [
@@ -337,6 +358,9 @@ def _keys(trace: Recorded) -> list[Key]:
             rim = Line2D([], [], color=palette.CONTACT, linestyle=BOUND)
             shade = Patch(color=palette.CONTACT, alpha=0.15, linewidth=0)
             keys.append(("safe distance", shade if trace.sizes["axis"] == 3 else rim))
+    for name in dict.fromkeys(name for name, *_ in planes):
+        rim = Line2D([], [], color=palette.CONTACT, linewidth=1.2)
+        keys.append((name.replace("_", " "), (Patch(**FORBIDDEN, alpha=0.15), rim)))
     return keys
 
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Container, Iterable, Iterator
 from functools import partial
+from itertools import chain
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -16,6 +17,7 @@ from numpy.typing import NDArray
 from escort_mj import palette
 from escort_mj.numerics.formation import widest_spacing
 from escort_mj.palette import LOST, Color
+from escort_mj.report.video.cuts import cut, hatched
 from escort_mj.report.video.replay import Flags, Moment, Replay
 from escort_mj.scenario.geometry.shapes import in_space, outward
 
@@ -26,7 +28,7 @@ Kind = Literal["line", "trail", "circle", "outline", "ball", "disc", "arrow", "t
 LAYERS = {
     "trails": "trails",
     "velocities": "task velocities",
-    "safe": "safe distances",
+    "safe": "safe distances and borders",
     "contacts": "avoidance and contacts",
     "links": "neighbors, or who hears whom",
     "knowledge": "estimates and lines of sight",
@@ -107,7 +109,7 @@ def marks(
     layers: dict[str, Callable[[], Iterable[Mark]]] = {
         "grid": scene.grid,
         "shadows": scene.shadows,
-        "safe": scene.obstacles,
+        "safe": lambda: chain(scene.obstacles(), scene.borders()),
         "escort": scene.escort,
         "links": partial(scene.crowd_links, forward) if scene.crowd else scene.links,
         "knowledge": scene.knowledge,
@@ -141,13 +143,18 @@ class _Scene:
         """A height of marks that lie on the floor in a planar mission, and where they are in space."""
         return height if self.replay.planar else None
 
+    @property
+    def extent(self) -> tuple[Array, Array]:
+        """Lower and upper corner of where the mission is, shape (3,) each [m]."""
+        way, around = self.replay.target, 2.5 * self.replay.radius
+        return way.min(axis=0) - around, way.max(axis=0) + around
+
     def grid(self) -> Iterator[Mark]:
         """A grid below a mission in space, faint: without one, nothing tells near from far."""
         replay = self.replay
         if replay.planar:
             return
-        low = replay.target.min(axis=0) - 2.5 * replay.radius
-        high = replay.target.max(axis=0) + 2.5 * replay.radius
+        low, high = self.extent
         step = replay.radius / 2 * max(1.0, np.ceil((high - low)[:2].max() / (30 * replay.radius)))
         first, last = np.floor(low[:2] / step) * step, np.ceil(high[:2] / step) * step
         for axis, name in enumerate("xy"):
@@ -190,6 +197,24 @@ class _Scene:
                 yield Mark("safe", "circle", name, center[None], red, 0.55, safe, 1.5, height)
             else:
                 yield Mark("safe", "outline", name, center[None], red, 0.45, safe, 1.0)
+
+    def borders(self) -> Iterator[Mark]:
+        """Lines that robots do not cross, with strokes on the other side; planes as grids."""
+        replay, (low, high), red = self.replay, self.extent, palette.CONTACT
+        step, flat = 0.25 * replay.radius, slice(2 if replay.planar else 3)
+        for k, (point, normal) in enumerate(replay.borders):
+            rim, m = cut(point[flat], normal[flat], low[flat], high[flat]), normal / np.linalg.norm(normal)
+            if len(rim) < 2:
+                continue
+            if replay.planar:
+                count = max(int(np.linalg.norm(rim[1] - rim[0]) / step), 1)
+                along = in_space(np.linspace(rim[0], rim[1], count + 1))
+                comb = np.stack([along, along - 0.5 * step * m, along], axis=1).reshape(-1, 3)
+                yield Mark("safe", "line", f"border {k}", comb, red, 0.8, width=2.0, height=LINKED)
+                continue
+            yield Mark("safe", "line", f"border {k}", rim[[*range(len(rim)), 0]], red, 0.8, width=2.0)
+            for number, line in enumerate(hatched(rim, 2.0 * step)):
+                yield Mark("safe", "line", f"border {k} {number}", line, red, 0.25, width=1.0)
 
     def escort(self) -> Iterator[Mark]:
         """The circle or sphere that the robots are to keep around the target, and their goals."""

@@ -102,6 +102,7 @@ class Replay:
         wish: Velocities that the tasks ask for, shape (T, n, 3) [m/s].
         ruling: Task that rules a robot, from 0, negative for none, shape (T, n).
         behaviors: Names of the tasks.
+        borders: Point and normal of each line or plane that robots do not cross, shape (borders, 2, 3).
         planar: Whether the mission has two axes.
     """
 
@@ -137,6 +138,7 @@ class Replay:
     wish: Array
     ruling: Array
     behaviors: tuple[str, ...]
+    borders: Array
     planar: bool
 
     @property
@@ -316,6 +318,7 @@ def replay_of(trace: Recorded) -> Replay:
         wish=wish if not planar else np.pad(wish, ((0, 0), (0, 0), (0, 1))),
         ruling=trace["ruling"].values,
         behaviors=tuple(map(str, trace["behavior"].values)),
+        borders=np.pad(borders(trace), ((0, 0), (0, 0), (0, int(planar)))),
         planar=planar,
     )
 
@@ -343,3 +346,13 @@ def safe_radius(trace: Recorded) -> Array:
     if safe > 0.0 and trace.attrs["safe_distance_measure"] == "surface":
         return safe + trace["robot_radius"].values[:, None] + trace["obstacle_radius"].values
     return np.full(shape, safe)
+
+
+def borders(trace: Recorded) -> Array:
+    """Point and normal of each line or plane that robots do not cross, shape (borders, 2, axes).
+
+    None in more than three axes, of which pictures show three.
+    """
+    if "border" not in trace or trace.sizes["axis"] > 3:
+        return np.zeros((0, 2, trace.sizes["axis"]))
+    return np.stack([trace["border_point"].values, trace["border_normal"].values], axis=1)

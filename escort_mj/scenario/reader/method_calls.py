@@ -8,7 +8,7 @@ from inspect import isfunction
 from typing import Any, get_args, get_type_hints
 
 from escort_mj import stopping
-from escort_mj.behaviors.behavior import Avoidance
+from escort_mj.behaviors.behavior import Avoidance, Plane
 from escort_mj.components.parameters import Member
 from escort_mj.errors import PluginError
 from escort_mj.metrics.metric import number
@@ -89,4 +89,12 @@ def _checked(name: str, returned: Any, wanted: Any) -> Any:
         for part, value in returned._asdict().items():
             if number(value, part, finite=True) < 0.0:
                 raise ValueError(f"{name} returned {part}={value!r:.80}; expected 0 or more")
+    if name == "border" and returned is not None:
+        if not isinstance(returned, Plane):
+            raise TypeError(f"{name} returned {returned!r:.80}; expected a Plane, or None")
+        for part, vector in returned._asdict().items():
+            for value in vector:
+                number(value, part, finite=True)
+        if not any(returned.normal):
+            raise ValueError(f"{name} returned {returned!r:.80}; expected a normal that is not 0")
     return returned

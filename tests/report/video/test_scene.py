@@ -58,3 +58,25 @@ def test_opponents_leave_a_trail() -> None:
     given = {"obstacles": 1, "obstacle_position": np.zeros((3, 1, 2)) + TIME[:, None, None]}
     assert marks(LINE, palette.OPPONENT, **given) == 0
     assert marks(LINE, palette.OPPONENT, opponents=1, **given) > 3
+
+
+BORDER = {"borders": ["wall"], "border_point": [[0.0, 3.0]], "border_normal": [[0.0, -2.0]]}
+
+
+def test_a_border_has_strokes_on_the_other_side() -> None:
+    assert marks(LINE, palette.CONTACT) == 0
+    assert marks(LINE, palette.CONTACT, about=BORDER) > 20
+    replay = replay_of(make_trace(TIME, robots=3, q=PLACES, about=BORDER))
+    (border,) = (mark for mark in marks_of(replay, replay.at(0.5)) if mark.name == "border 0")
+    assert border.points[::3, 1] == pytest.approx(3.0) and border.points[1::3, 1] == pytest.approx(
+        3.0 + 0.625
+    )
+
+
+def test_a_border_in_space_is_a_grid_and_in_four_axes_nothing() -> None:
+    for axes, some in ((3, True), (4, False)):
+        place, normal = np.zeros((1, axes)).tolist(), np.eye(axes)[:1].tolist()
+        about = BORDER | {"border_point": place, "border_normal": normal}
+        replay = replay_of(make_trace(TIME, robots=2, axes=axes, truth=False, about=about))
+        lines = [mark for mark in marks_of(replay, replay.at(0.5)) if mark.name.startswith("border")]
+        assert bool(lines) == some and all(np.abs(line.points[:, 0]).max() < 1e-9 for line in lines)
