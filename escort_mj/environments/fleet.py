@@ -10,10 +10,10 @@ threads.
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from functools import lru_cache, partial
-from typing import Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from escort_mj import stopping
 from escort_mj.api import load_scenario
 from escort_mj.control.custom.native import any_failure
+from escort_mj.environments.draws import Sample, Values, check_fits, mission_of
 from escort_mj.environments.rivals import RivalReward, Rivals
 from escort_mj.environments.senses import Command, Reward, Seen, Senses
 from escort_mj.errors import UsageError
@@ -91,6 +92,7 @@ class Fleet:
         limits: The largest size of each number that one of them observes, shape (width,).
         words: How each mission stands, in words, shape (N,).
         completed: Which missions have come to their end, shape (N,).
+        values: What is drawn and set in each mission, by scenario key.
         decided: Which have no opponent left that is commanded, shape (N,).
         broken: Which missions have ended otherwise, shape (N,).
         begun: Which have been put at a start, shape (N,).
@@ -106,6 +108,7 @@ class Fleet:
         threads: int | None = None,
         side: Side = "robots",
         rival_reward: RivalReward | None = None,
+        sample: Mapping[str, Any] | None = None,
         *,
         keep: bool = False,
     ) -> None:
@@ -119,19 +122,24 @@ class Fleet:
             threads: How many step missions; None for one per core.
             side: Who is commanded.
             rival_reward: Weights of what is asked of opponents; None for those of `RivalReward`.
+            sample: Scenario keys, and the range or the values from which each mission's are drawn, as
+                `sample.over` of a study; None to draw nothing.
             keep: Whether missions keep their samples, for `flight`; else nothing judges their expectations.
 
         Raises:
             UsageError: If forces are to be commanded and there is no limit to scale them by, or opponents and
-                there are none.
+                there are none, or `sample` is no such table.
+            ScenarioError: If what `sample` has is impossible.
         """
         self._side, self._command, self._keep = side, command, keep
         self._rival_reward, weights = rival_reward or RivalReward(), reward or Reward()
         threads = cores() if threads is None else int(threads)
         self.scenario = load_scenario(scenario)
+        self._sample = Sample(self.scenario, sample)
         self._mark = mission_mark(self.scenario, command, side, keep, left_out=WORDS | {"seed"})
         first = self._session(self.scenario)  # each mission gets its own when it begins
-        self.missions = [first] * count
+        self._first, self.missions = first.world, [first] * count
+        self.values: list[Values] = [{} for _ in range(count)]
         self.senses = Senses(first.plant, count, command, weights)
         opposed = count * (side != "robots")
         self.rivals = [Rivals(first.plant, self._rival_reward) for _ in range(opposed)]
@@ -156,14 +164,23 @@ class Fleet:
         self._threads = min(threads, count)
         self._pool = ThreadPoolExecutor(self._threads - 1, "missions") if self._threads > 1 else None
 
-    def begin(self, mission: int, seed: int) -> None:
+    def begin(self, mission: int, seed: int, given: Values | None = None) -> None:
         """Put a mission at its start; `advance` takes its first sample.
 
         Args:
             mission: Which one, from 0.
             seed: Of starts, noise and all else that is drawn.
+            given: Scenario keys and values, also in place of what is drawn.
+
+        Raises:
+            UsageError: If values make a mission of another shape; the mission does not change.
+            ScenarioError: If values are impossible.
         """
-        self.missions[mission] = self._session(self.scenario.replace(seed=seed))
+        values = self._sample.values(seed) | (given or {})
+        session = self._session(mission_of(self.scenario, seed, values))
+        if values:
+            check_fits(session.world, self._first, values)
+        self.missions[mission], self.values[mission] = session, values
         self._hops[mission], self._unkept[mission] = [], None
         self._enter(mission)
 
@@ -232,7 +249,7 @@ class Fleet:
             raise UsageError("the mission is not under way: call reset")
         found = self.missions[mission].snapshot()
         found["hops"], found["unkept"] = tuple(self._hops[mission]), self._unkept[mission]
-        found["senses"] = self.senses.kept(mission)
+        found["senses"], found["values"] = self.senses.kept(mission), dict(self.values[mission])
         found["rivals"] = self.rivals[mission].kept() if self.rivals else ()
         return found
 
@@ -253,6 +270,7 @@ class Fleet:
         self._enter(mission)
         self._hops[mission], self._unkept[mission] = list(snapshot["hops"]), snapshot["unkept"]
         self.senses.put(mission, snapshot["senses"])
+        self.values[mission] = dict(snapshot["values"])
         self.touching[mission] = self.senses.clearance[mission] <= 0.0
         if self.rivals:
             self.rivals[mission].put(snapshot["rivals"])

@@ -16,6 +16,7 @@ try:
 except ImportError as error:
     raise ImportError(f"{error}; pip install 'escort-mj[rl]' adds what is missing") from None
 
+from escort_mj.environments.draws import told, values_in
 from escort_mj.environments.fleet import Side
 from escort_mj.environments.picture import SIZE, Camera, RenderMode, Size
 from escort_mj.environments.rivals import RivalReward
@@ -51,10 +52,11 @@ class EscortParallelEnv(ParallelEnv[str, Seen, NDArray[np.float32]], EzPickle):
         size: Size = SIZE,
         side: Side = "robots",
         rival_reward: RivalReward | None = None,
+        sample: Mapping[str, Any] | None = None,
     ) -> None:
         """Prepare a scenario; arguments as of `EscortEnv` and `Simulation`."""
-        EzPickle.__init__(self, scenario, command, reward, render_mode, size, side, rival_reward)
-        self.simulation = simulation = Simulation(scenario, command, reward, side, rival_reward)
+        EzPickle.__init__(self, scenario, command, reward, render_mode, size, side, rival_reward, sample)
+        self.simulation = simulation = Simulation(scenario, command, reward, side, rival_reward, sample)
         robots = [f"robot_{i + 1}" for i in range(simulation.count if side != "opponents" else 0)]
         rivals = simulation.rivals
         self._opponents = [f"opponent_{o + 1}" for o in range(rivals.count if rivals else 0)]
@@ -93,14 +95,17 @@ class EscortParallelEnv(ParallelEnv[str, Seen, NDArray[np.float32]], EzPickle):
     ) -> tuple[dict[str, Seen], dict[str, dict[str, Any]]]:
         """Start a mission: that of a seed, or the next one of this environment's generator.
 
-        Options are not used: the tests of PettingZoo give some.
+        Options and infos are those of `EscortEnv`; the infos of all agents are alike. An option `options`,
+        which the tests of PettingZoo give, is not used.
 
         Raises:
-            UsageError: If the seed is no whole number of at least 0.
+            UsageError: As of `EscortEnv.reset`.
+            ScenarioError: If values are impossible.
         """
-        self.simulation.reset(self._seeds.next(seed))
+        values = values_in(options, ("options",))
+        self.simulation.reset(self._seeds.next(seed), values=values)
         seen = dict(zip(self.possible_agents, self._seen(), strict=True))
-        return seen, {agent: {} for agent in self.possible_agents}
+        return seen, {agent: told(self.simulation.values) for agent in self.possible_agents}
 
     def step(
         self, actions: dict[str, NDArray[np.float32]]

@@ -105,18 +105,12 @@ class Senses:
         self.width = vectors_observed(self.robots, int(self._opposed)) * self.axes
         radii = [radius for team in world.setup.teams for radius in world.setup.radii_of(team)]
         self._least_radius = min(radii or [world.setup.radius])
-        self._speed = observed_speed(world.setup.max_speed)
-        n, sizes = self.robots, self._sizes
-        avoids = [b.avoidance(world.setup) for b in world.setup.behaviors]
-        safe = [each.safe_distance for each in avoids if each is not None]
-        settings = dict.fromkeys(SETTINGS, 0.0) | asdict(reward) | {"speed": self._speed}
+        n, sizes, self._reward = self.robots, self._sizes, reward
+        settings = dict.fromkeys(SETTINGS, 0.0) | asdict(reward)
         settings |= {"begin": columns("q", sizes).start, "end": columns("disturbance", sizes).stop}
-        settings |= {"safe": max(safe)} if max(safe, default=0.0) > 0.0 else {"safe": 1.0, "clearance": 0.0}
-        settings["sight"] = float(not any(each.heard_distance for each in world.setup.avoidance))
         even = np.ones(max(len(world.setup.teams), 1) * n)
         self._settings = np.tile(np.append(list(settings.values()), even), (count, 1))
-        self._spacing = reward.spacing
-        self.scale = np.full((count, n, 1), self._speed)
+        self.scale = np.zeros((count, n, 1))
         self.commanded: Array = np.zeros((count, n, self.axes))
         found = np.zeros((count, 2 + n * (3 + len(WEIGHTS) + self.width)))
         ends = [1, 2, 2 + n, 2 + 2 * n, 2 + 3 * n, 2 + (3 + len(WEIGHTS)) * n]
@@ -149,12 +143,20 @@ class Senses:
         setup = world.setup
         if setup.target_radius is None and not setup.teams:
             raise UsageError("target: found null; what robots of an environment observe is of a target")
-        if self._command == "force":
-            if not np.isfinite(setup.force_limit).all():
-                raise UsageError("commands of force are shares of robots.force_limit, which is null")
-            self.scale[mission, :, 0] = setup.force_limit
-        even = even_spacings(setup)
-        wishes = {"spacing": 0.0 if even is None else self._spacing, "bound": SUSPICIOUS * bound}
+        speed, reward, even = observed_speed(setup.max_speed), self._reward, even_spacings(setup)
+        if self._command == "force" and not np.isfinite(setup.force_limit).all():
+            raise UsageError("commands of force are shares of robots.force_limit, which is null")
+        self.scale[mission, :, 0] = setup.force_limit if self._command == "force" else speed
+        avoids = [behavior.avoidance(setup) for behavior in setup.behaviors]
+        safe = max((each.safe_distance for each in avoids if each is not None), default=0.0)
+        wishes = {
+            "speed": speed,
+            "safe": safe or 1.0,
+            "clearance": reward.clearance if safe else 0.0,
+            "sight": float(not any(each.heard_distance for each in setup.avoidance)),
+            "spacing": 0.0 if even is None else reward.spacing,
+            "bound": SUSPICIOUS * bound,
+        }
         for name, value in wishes.items():
             self._settings[mission, SETTINGS.index(name)] = value
         if even is not None:

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Any
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from escort_mj.api.runs import Run
+from escort_mj.environments.draws import SET, Values, values_in
 from escort_mj.environments.fleet import Fleet, Side
 from escort_mj.environments.rivals import RivalReward, Rivals
 from escort_mj.environments.senses import Command, Reward, Seen
@@ -30,7 +34,6 @@ class Simulation:
     Attributes:
         fleet: It, as a fleet of one.
         command: What is commanded: reference `velocity`, which the scenario's law follows, or motor `force`.
-        scale: What a command of 1 means, shape (n, 1) [m/s or N].
         count: Number of robots, n.
         axes: p.
         width: How many numbers a robot observes.
@@ -48,6 +51,7 @@ class Simulation:
         reward: Reward | None = None,
         side: Side = "robots",
         rival_reward: RivalReward | None = None,
+        sample: Mapping[str, Any] | None = None,
     ) -> None:
         """Prepare a scenario; `reset` starts it.
 
@@ -57,16 +61,18 @@ class Simulation:
             reward: Weights of what is asked; None for those of `Reward`.
             side: Who is commanded.
             rival_reward: Weights of what is asked of opponents; None for those of `RivalReward`.
+            sample: Scenario keys, and for each a range (`low`, `high`, `scale`, `whole`) or a list, as
+                `sample.over` of a study: each mission's values are drawn from them, by its seed.
 
         Raises:
             UsageError: If an argument is not of its kind, or forces are to be commanded and there is no limit
                 to scale them by, or opponents and there are none.
+            ScenarioError: If what `sample` has is impossible.
         """
-        self.fleet = Fleet(scenario, 1, command, reward, 1, side, rival_reward, keep=True)
+        self.fleet = Fleet(scenario, 1, command, reward, 1, side, rival_reward, sample, keep=True)
         self.command, self.reward, self.side = command, reward or Reward(), side
         senses = self.fleet.senses
         self.count, self.axes, self.width = senses.robots, senses.axes, senses.width
-        self.scale: Array = senses.scale[0]
         self.limits: Seen = senses.limits(self.session.bound)
         self.restored = 0
 
@@ -74,6 +80,16 @@ class Simulation:
     def session(self) -> Session:
         """The mission itself."""
         return self.fleet.missions[0]
+
+    @property
+    def scale(self) -> Array:
+        """What a command of 1 means in this mission, shape (n, 1) [m/s or N]."""
+        return self.fleet.senses.scale[0]
+
+    @property
+    def values(self) -> Values:
+        """What is drawn and set in this mission, by scenario key."""
+        return dict(self.fleet.values[0])
 
     @property
     def scenario(self) -> Scenario:
@@ -115,18 +131,26 @@ class Simulation:
         """Whether it has begun and not ended."""
         return bool(self.fleet.begun[0]) and self.outcome is Outcome.RUNNING
 
-    def reset(self, seed: int | None = None, command: ArrayLike | None = None) -> None:
+    def reset(
+        self,
+        seed: int | None = None,
+        command: ArrayLike | None = None,
+        values: Mapping[str, Any] | None = None,
+    ) -> None:
         """Start again, with the first sample taken.
 
         Args:
             seed: Of starts, noise and all else that is drawn; None for the one before.
             command: For the first physics step, shape (n, p), each number in [-1, 1]; None for rest.
+            values: Scenario keys and their values in this mission, also in place of what is drawn.
 
         Raises:
-            UsageError: If an argument is not of its kind.
+            UsageError: If an argument is not of its kind, or values make a mission of another shape.
+            ScenarioError: If values are impossible.
         """
-        given = self._commanded(command)
-        self.fleet.begin(0, self.scenario.seed if seed is None else whole_number(seed, "seed", SEEDS, 0))
+        given, wanted = self._commanded(command), values_in({SET: values})
+        seed = self.scenario.seed if seed is None else whole_number(seed, "seed", SEEDS, 0)
+        self.fleet.begin(0, seed, wanted)
         self._advance(given, None if self.rivals is None else np.zeros((self.rivals.count, self.axes)))
 
     def step(self, command: ArrayLike | None = None, of_rivals: ArrayLike | None = None) -> Array:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,7 @@ try:
 except ImportError as error:
     raise ImportError(f"{error}; pip install 'escort-mj[rl]' adds what is missing") from None
 
+from escort_mj.environments.draws import told, values_in
 from escort_mj.environments.fleet import OneSide
 from escort_mj.environments.picture import SIZE, Camera, RenderMode, Size
 from escort_mj.environments.rivals import RivalReward
@@ -23,7 +25,7 @@ from escort_mj.environments.simulation import Simulation
 from escort_mj.record.outcome import Outcome
 from escort_mj.report.video.live import Picture
 from escort_mj.scenario import Scenario
-from escort_mj.scenario.arguments import Source, argument_error, checked
+from escort_mj.scenario.arguments import Source, checked
 
 
 class EscortEnv(gymnasium.Env[Seen, NDArray[np.float32]], EzPickle):
@@ -47,6 +49,7 @@ class EscortEnv(gymnasium.Env[Seen, NDArray[np.float32]], EzPickle):
         size: Size = SIZE,
         side: OneSide = "robots",
         rival_reward: RivalReward | None = None,
+        sample: Mapping[str, Any] | None = None,
     ) -> None:
         """Prepare a scenario.
 
@@ -58,13 +61,15 @@ class EscortEnv(gymnasium.Env[Seen, NDArray[np.float32]], EzPickle):
             size: Width and height of pictures [pixel].
             side: Who is commanded; the others do as the scenario says.
             rival_reward: As of `Simulation`.
+            sample: As of `Simulation`.
 
         Raises:
             UsageError: If an argument is not of its kind, or forces are to be commanded without a limit, or
                 opponents and there are none, or both sides, or the mode of rendering is not known.
+            ScenarioError: If what `sample` has is impossible.
         """
-        EzPickle.__init__(self, scenario, command, reward, render_mode, size, side, rival_reward)
-        self.simulation = Simulation(scenario, command, reward, side, rival_reward)
+        EzPickle.__init__(self, scenario, command, reward, render_mode, size, side, rival_reward, sample)
+        self.simulation = Simulation(scenario, command, reward, side, rival_reward, sample)
         self.render_mode = render_mode
         self.metadata = self.metadata | {"render_fps": round(self.simulation.scenario.recording.rate)}
         self._camera = Camera(self.simulation, size)
@@ -82,16 +87,22 @@ class EscortEnv(gymnasium.Env[Seen, NDArray[np.float32]], EzPickle):
         Args:
             seed: The mission is then that of `escort-mj run` with this seed. Without one, the first mission
                 has the scenario's seed, and each later one a seed drawn after the last seed asked for.
-            options: None; there are none.
+            options: `set`, a table of scenario keys and their values in this mission, also in place of what
+                is drawn.
+
+        Returns:
+            What is observed, and infos: `set`, what is drawn and set in this mission, if anything is.
 
         Raises:
-            UsageError: If the seed is no whole number of at least 0, or there are options.
+            UsageError: If the seed is no whole number of at least 0, or there are other options, or values
+                make a mission of another shape.
+            ScenarioError: If values are impossible.
         """
-        no_options(options)
+        values = values_in(options)
         mission = self._seeds.next(seed)
         super().reset(seed=None if seed is None else mission)
-        self.simulation.reset(mission)
-        return self._observed(), {}
+        self.simulation.reset(mission, values=values)
+        return self._observed(), told(self.simulation.values)
 
     def step(self, action: NDArray[np.float32]) -> tuple[Seen, float, bool, bool, dict[str, Any]]:
         """Advance to the next sample.
@@ -130,18 +141,6 @@ class EscortEnv(gymnasium.Env[Seen, NDArray[np.float32]], EzPickle):
         """What the side that is commanded observes."""
         rivals = self.simulation.rivals
         return rivals.observed if rivals else self.simulation.observe_within()
-
-
-def no_options(options: dict[str, Any] | None) -> None:
-    """Refuse options of `reset`, of which there are none.
-
-    Raises:
-        UsageError: If there are any.
-    """
-    if options:
-        raise argument_error(
-            "options", options, "none: keys of the scenario are set before the environment is made"
-        )
 
 
 def spaces_of(limits: Seen, robots: int, axes: int) -> tuple[spaces.Space[Any], spaces.Space[Any]]:

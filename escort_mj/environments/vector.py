@@ -15,6 +15,7 @@ try:
 except ImportError as error:
     raise ImportError(f"{error}; pip install 'escort-mj[rl]' adds what is missing") from None
 
+from escort_mj.environments.draws import SET, Values, values_in
 from escort_mj.environments.fleet import Fleet, OneSide
 from escort_mj.environments.rivals import RivalReward
 from escort_mj.environments.seeds import Seeds
@@ -33,6 +34,7 @@ from escort_mj.scenario.arguments import (
     whole_number,
 )
 
+NUMBERS = (bool, int, float)
 Flags = NDArray[np.bool_]
 Step = tuple[Seen, NDArray[np.float64], Flags, Flags, dict[str, Any]]
 
@@ -56,6 +58,7 @@ class EscortVectorEnv(VectorEnv[Seen, NDArray[np.float32], NDArray[Any]], EzPick
         autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
         side: OneSide = "robots",
         rival_reward: RivalReward | None = None,
+        sample: Mapping[str, Any] | None = None,
     ) -> None:
         """Prepare missions.
 
@@ -69,19 +72,21 @@ class EscortVectorEnv(VectorEnv[Seen, NDArray[np.float32], NDArray[Any]], EzPick
                 step, or when `reset` is called with its place in `options["reset_mask"]`.
             side: As of `EscortEnv`.
             rival_reward: As of `Simulation`.
+            sample: As of `Simulation`; each mission has values of its own.
 
         Raises:
             UsageError: If an argument is not of its kind, or there is to be no mission, or forces are to be
                 commanded without a limit, or opponents and there are none, or both sides.
+            ScenarioError: If what `sample` has is impossible.
         """
-        given = num_envs, scenario, command, reward, threads, autoreset_mode, side, rival_reward
+        given = num_envs, scenario, command, reward, threads, autoreset_mode, side, rival_reward, sample
         EzPickle.__init__(self, *given)
         try:
             self.autoreset_mode = AutoresetMode(autoreset_mode)
         except ValueError:
             modes = ", ".join(mode.value for mode in AutoresetMode)
             raise argument_error("autoreset_mode", autoreset_mode, f"one of {modes}") from None
-        self.fleet = Fleet(scenario, num_envs, command, reward, threads, side, rival_reward)
+        self.fleet = Fleet(scenario, num_envs, command, reward, threads, side, rival_reward, sample)
         self.num_envs = num_envs = int(num_envs)
         team = self.fleet.members, self.fleet.senses.axes
         self.metadata = {"render_modes": [], "autoreset_mode": self.autoreset_mode}
@@ -102,15 +107,17 @@ class EscortVectorEnv(VectorEnv[Seen, NDArray[np.float32], NDArray[Any]], EzPick
             seed: Of mission k it is `seed + k`, or the k-th of several; without one, its generator goes on,
                 as that of `EscortEnv` does. At first mission k has the scenario's seed plus k.
             options: Its `reset_mask`, shape (N,), says which missions start; all others stay where they are.
+                `set` is a table of scenario keys and their values in the missions that start.
+
+        Returns:
+            What is observed, and infos: `set`, what is drawn and set in each mission that starts, if anything
+            is.
 
         Raises:
-            UsageError: If seeds or options are of another kind.
+            UsageError: If seeds or options are of another kind, or values make missions of another shape.
+            ScenarioError: If values are impossible.
         """
-        mask = np.ones(self.num_envs, dtype=bool)
-        if not isinstance(options, Mapping | None):
-            raise argument_error("options", options, "a table with reset_mask, or None")
-        if unknown := [name for name in options or () if name != "reset_mask"]:
-            raise argument_error("options", unknown[0], "reset_mask, or none")
+        mask, values = np.ones(self.num_envs, dtype=bool), values_in(options, ("reset_mask",))
         if options and "reset_mask" in options:
             given = options["reset_mask"]
             mask = np.asarray(given) if shape_of(given) == mask.shape else np.zeros(0)
@@ -118,10 +125,10 @@ class EscortVectorEnv(VectorEnv[Seen, NDArray[np.float32], NDArray[Any]], EzPick
                 raise argument_error("reset_mask", given, f"{self.num_envs} flags, at least one set")
         seeds = self._seeds_of(seed)
         started = [int(k) for k in np.flatnonzero(mask)]
-        self._begin(started, seeds)
+        told = self._begin(started, seeds, values)
         self._begun = True
         self.fleet.advance(started, self._rest)
-        return self.fleet.observe(), {}
+        return self.fleet.observe(), told
 
     def step(self, actions: NDArray[np.float32]) -> Step:
         """Advance every mission to its next sample; see Gymnasium's `AutoresetMode` for those that had ended.
@@ -133,7 +140,7 @@ class EscortVectorEnv(VectorEnv[Seen, NDArray[np.float32], NDArray[Any]], EzPick
             Observations (N, n, width), rewards (N,), terminations (N,), truncations (N,), infos: `outcome`,
             the `rewards` of each robot or opponent (N, n), whose mean is the reward, of robots `touching` and
             `reward_terms` by name, each (N, n), of opponents `comes`, and in same-step mode `final_obs` and
-            `final_info` of missions that ended.
+            `final_info` of missions that ended; of missions that begin again `set`, as of `reset`.
 
         Raises:
             UsageError: If missions were not reset, if shapes differ, or if a number is not finite; the
@@ -143,18 +150,18 @@ class EscortVectorEnv(VectorEnv[Seen, NDArray[np.float32], NDArray[Any]], EzPick
             actions, "actions", self._rest.shape, "one row per robot of each mission, from -1 to 1"
         )
         fresh = self._over
-        again = fresh.any()
+        again, told = fresh.any(), dict[str, Any]()
         if again:
             if self.autoreset_mode is not AutoresetMode.NEXT_STEP or not self._begun:
                 raise UsageError(f"missions {np.flatnonzero(fresh).tolist()} have ended: call reset")
-            self._begin([int(k) for k in np.flatnonzero(fresh)], [None] * self.num_envs)
+            told = self._begin([int(k) for k in np.flatnonzero(fresh)], [None] * self.num_envs)
             given = np.where(fresh[:, None, None], 0.0, given)
         self._rewards = self.fleet.advance(range(self.num_envs), given).copy()
         rewards = self._rewards.mean(axis=1)
         if again:
             rewards[fresh] = 0.0
         truncated, terminated = self.fleet.completed.copy(), self.fleet.broken | self.fleet.decided
-        infos = self._infos(~fresh)
+        infos = self._infos(~fresh) | told
         observed = self.fleet.observe()
         if (terminated | truncated).any() and self.autoreset_mode is AutoresetMode.SAME_STEP:
             observed, infos = self._begin_again(observed, infos)
@@ -182,9 +189,24 @@ class EscortVectorEnv(VectorEnv[Seen, NDArray[np.float32], NDArray[Any]], EzPick
             raise UsageError(f"seed: found {len(seed)} seeds; expected {count}, one per mission")
         return [None if each is None else whole_number(each, "seed", SEEDS, 0) for each in seed]
 
-    def _begin(self, missions: Sequence[int], seeds: Sequence[int | None]) -> None:
+    def _begin(
+        self, missions: Sequence[int], seeds: Sequence[int | None], given: Values | None = None
+    ) -> dict[str, Any]:
+        """Put missions at their starts, and return what is said of their values, as Gymnasium batches it."""
         for k in missions:
-            self.fleet.begin(k, self._seeds[k].next(seeds[k]))
+            self.fleet.begin(k, self._seeds[k].next(seeds[k]), given)
+        those, told = np.zeros(self.num_envs, dtype=bool), dict[str, Any]()
+        those[missions] = True
+        for key in self.fleet.values[missions[0]]:
+            found = [self.fleet.values[k][key] for k in missions]
+            kinds = {type(value) for value in found}
+            kind = max(kinds, key=NUMBERS.index) if kinds <= {*NUMBERS} else object
+            told[key] = (
+                np.zeros(self.num_envs, kind) if kind in NUMBERS else np.full(self.num_envs, None, kind)
+            )
+            for k, value in zip(missions, found, strict=True):
+                told[key][k] = value
+        return _batched({SET: told}, those) if told else {}
 
     def _infos(self, those: Flags) -> dict[str, Any]:
         """Return what is said of some missions beside observations, as Gymnasium batches it."""
@@ -211,9 +233,14 @@ class EscortVectorEnv(VectorEnv[Seen, NDArray[np.float32], NDArray[Any]], EzPick
         ended = self._infos(over)
         going_on = self._infos(~over)
         started = [int(k) for k in np.flatnonzero(over)]
-        self._begin(started, [None] * self.num_envs)
+        told = self._begin(started, [None] * self.num_envs)
         self.fleet.advance(started, self._rest)
-        extra = {"final_obs": final, "_final_obs": over, "final_info": ended, "_final_info": over.copy()}
+        extra = told | {
+            "final_obs": final,
+            "_final_obs": over,
+            "final_info": ended,
+            "_final_info": over.copy(),
+        }
         return self.fleet.observe(), going_on | extra
 
 

@@ -98,9 +98,12 @@ def test_commands_that_are_none_change_nothing(command: Any, message: str) -> No
 
 
 def test_options_weights_and_names_that_nobody_knows() -> None:
-    with pytest.raises(UsageError, match=r"options: found .*; expected none"):
-        EscortEnv().reset(options={"seed": 3})
-    with pytest.raises(UsageError, match=r"options: found 3; expected a table with reset_mask, or None"):
+    for make in (EscortEnv, EscortParallelEnv):
+        with pytest.raises(UsageError, match=r'options: found "seed"; expected .*set, or none'):
+            make("main").reset(options={"seed": 3})
+    with pytest.raises(
+        UsageError, match=r"options: found 3; expected a table with reset_mask and set, or None"
+    ):
         EscortVectorEnv(2).reset(options=3)  # type: ignore[arg-type]
     closed = EscortVectorEnv(2, threads=2)
     closed.close()

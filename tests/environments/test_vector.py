@@ -139,7 +139,7 @@ def test_what_cannot_be() -> None:
     for wrong in ([True], [[True], True], [1, 0], None):
         with pytest.raises(UsageError, match="reset_mask: found .*; expected 2 flags, at least one set"):
             environment.reset(options={"reset_mask": wrong})
-    with pytest.raises(UsageError, match='options: found "radius"; expected reset_mask'):
+    with pytest.raises(UsageError, match='options: found "radius"; expected reset_mask and set'):
         environment.reset(options={"radius": 3})
     with pytest.raises(UsageError, match=r"actions: found nan at \[0, 0, 0\]"):
         environment.step(np.full_like(rest, np.nan))

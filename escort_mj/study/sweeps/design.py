@@ -30,7 +30,7 @@ from escort_mj.scenario.reader.load import Template, read_text
 from escort_mj.scenario.reader.plugins import placed_in
 from escort_mj.scenario.schema.scenario import Physics, Recording, Scenario
 from escort_mj.study.sweeps.definition import MOST_RUNS, SCENARIO, Sample, Study, StudyFile, values_of
-from escort_mj.study.sweeps.parameters import filled
+from escort_mj.study.sweeps.parameters import filled, in_order
 from escort_mj.study.sweeps.quantities import Measured
 from escort_mj.study.sweeps.ranges import drawn
 from escort_mj.study.sweeps.searches import Tune
@@ -466,15 +466,10 @@ def _levels(key: str, levels: Any) -> list[tuple[dict[str, Any], dict[str, Any]]
 
 
 def _settled(study: Study, given: Mapping[str, Any]) -> dict[str, Any]:
-    """Scenario keys and values, parameters filled in.
-
-    A table comes before its keys: what sets the whole table must not undo what sets a part of it.
-    """
+    """Scenario keys and values in the order in which they are set, parameters filled in."""
     numbers = {name: given.get(name, number) for name, number in study.parameters.items()}
-    keys = sorted(
-        (key for key in given if key not in numbers), key=lambda key: len(parse_key_path(key) or ())
-    )
-    return {key: filled(given[key], numbers) if numbers else given[key] for key in keys}
+    ordered = in_order({key: value for key, value in given.items() if key not in numbers})
+    return {key: filled(value, numbers) if numbers else value for key, value in ordered.items()}
 
 
 def _points(sample: Sample | None, rounds: int) -> Iterator[list[Point]]:

@@ -6,8 +6,18 @@ import re
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+from escort_mj.scenario.findings import parse_key_path
+
 NAME = r"[a-z][a-z0-9_]*"
 _PLACE = re.compile(rf"\{{({NAME})\}}")
+
+
+def in_order(given: Mapping[str, Any]) -> dict[str, Any]:
+    """Return scenario keys and values in the order in which they are set.
+
+    A table comes before its keys: what sets the whole table must not undo what sets a part of it.
+    """
+    return {key: given[key] for key in sorted(given, key=lambda key: len(parse_key_path(key) or ()))}
 
 
 def filled(value: Any, numbers: Mapping[str, float]) -> Any:
