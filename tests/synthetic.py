@@ -21,7 +21,7 @@ def dimensions(robots: int, axes: int, obstacles: int, truth: bool = True, teams
         "watched": 4,
     }
     if truth:
-        sizes |= dict.fromkeys(("known", "judged", "driven", "headed", "informed", "several"), robots)
+        sizes |= dict.fromkeys(("known", "judged", "driven", "headed", "estimating", "several"), robots)
         sizes |= {"hearing": robots, "slots": 2, "returned": robots, "rays": 4}
     if truth and obstacles:
         sizes |= {"opponents": 1, "guarding": robots, "movers": 2}

@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field, NonNegativeFloat, PositiveFloat
+from pydantic import Field, NonNegativeFloat
 
 from escort_mj.behaviors.behavior import Avoidance, Behavior
 from escort_mj.behaviors.bodies import Body, obstacle_body, teammate_body
 from escort_mj.behaviors.robots import Robots
 from escort_mj.behaviors.task import Task, along
+from escort_mj.components.facts import Facts, Misfit
+from escort_mj.components.parameters import Distance
 from escort_mj.components.setup import MissionSetup
 from escort_mj.knowledge.teammates import find_nearest_heard
 from escort_mj.native.kernels import inlined
@@ -35,14 +38,14 @@ class AvoidObstacles(Behavior):
     frame: ClassVar[Literal["target", "world"]] = "world"
 
     behavior: Literal["avoid_obstacles"] = "avoid_obstacles"
-    safe_distance: PositiveFloat = 2.0
+    safe_distance: Distance = 2.0
     """Distance to an obstacle or a failed robot below which the behavior is active [m]."""
     measure: Literal["center", "surface"] = "surface"
     """Measure of distances: `surface` to surface, or `center` to center (as for the paper's point robots)."""
     teammates: Literal[True, False, "heard"] = True
     """Whether a teammate that comes too close counts as an obstacle (remark 2): `true`, if the robot sees it;
     `heard`, at every place where it could be by now, according to its messages; `false`, never."""
-    teammate_distance: PositiveFloat | None = None
+    teammate_distance: Distance | None = None
     """Safe distance to teammates [m]; null: `safe_distance`, but at most half the spacing of the formation.
     """
     gain: Literal["consistent", "printed"] = "consistent"
@@ -56,6 +59,45 @@ class AvoidObstacles(Behavior):
     paper)."""
 
     python_only: ClassVar[frozenset[str]] = frozenset({"measure", "teammates"})
+
+    def misfits(self, mission: Facts) -> Iterator[Misfit]:
+        """Yield bodies that robots notice too late, and teammates that keep them from their places."""
+        mates = self.teammate_distance or self.safe_distance
+        apart = mates + 2.0 * mission.robot_radius * (self.measure == "surface")
+        if self.teammates == HEARD:
+            yield from self._misfits_of_messages(mission, apart)
+        seen_mates = mates if self.teammates is True else 0.0
+        if mission.failures:  # a lost robot is an obstacle
+            seen_mates = max(seen_mates, self.safe_distance)
+        needed = (("robots", seen_mates), ("obstacles", self.safe_distance))
+        for (name, distance), within in zip(needed, mission.seen_within, strict=True):
+            if within is not None and within < distance:
+                words = f"found {distance:g} m; expected at most {within:g} m, sensing.radius.{name}"
+                key = "safe_distance" if distance == self.safe_distance else "teammate_distance"
+                yield Misfit(words, key, (("sensing", "radius", name),))
+        if self.teammate_distance is not None and self.teammates and apart > mission.spacing:
+            words = f"found {mates:g} m, which reaches beyond the formation's neighbors at "
+            words += f"{mission.spacing:.4g} m"
+            yield Misfit(f"{words}: avoidance would never let them take their places", "teammate_distance")
+
+    def _misfits_of_messages(self, mission: Facts, apart: float) -> Iterator[Misfit]:
+        """Yield what keeps robots from hearing of teammates in time."""
+        if not mission.heard:
+            words = f"found {HEARD} without communication; expected true, false or a table communication"
+            yield Misfit(words, "teammates", (("communication",),))
+            return
+        if mission.max_speed is None and None in mission.force_limits:
+            words = (
+                f"found {HEARD} with neither mission.max_speed nor robots.force_limit; expected one or both"
+            )
+            words += ", as they bound where a teammate may have got to since it was heard"
+            yield Misfit(words, "teammates", (("mission", "max_speed"), ("robots", "force_limit")))
+        if mission.heard_within is not None and mission.heard_within < apart:
+            words = (
+                f"found {HEARD}; robots hear each other up to {mission.heard_within:g} m between centers, "
+            )
+            words += f"less than the {apart:g} m that they are to keep"
+            yield Misfit(words, "teammates", (("communication", "range"),))
 
     def keeps_off(self, radius: float) -> float:
         """Return how far it keeps a robot's center from the surfaces of obstacles [m]."""

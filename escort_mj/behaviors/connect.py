@@ -7,6 +7,7 @@ from pydantic import PositiveFloat
 from escort_mj.behaviors.behavior import Behavior
 from escort_mj.behaviors.robots import Robots
 from escort_mj.behaviors.task import Task, along
+from escort_mj.components.parameters import Distance
 from escort_mj.native.kernels import inlined
 from escort_mj.native.lanes import everywhere
 from escort_mj.native.vectors import Vec, dot, norm, where
@@ -22,7 +23,7 @@ class Connect(Behavior):
     """
 
     behavior: Literal["connect"] = "connect"
-    distance: PositiveFloat
+    distance: Distance
     """Distance between centers beyond which a neighbor attracts the robot [m]; use less than the radio's
     range."""
     gain: PositiveFloat = 2.0

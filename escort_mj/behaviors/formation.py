@@ -12,7 +12,7 @@ from pydantic import Field
 from escort_mj.behaviors.goal import Headed, toward_goal
 from escort_mj.behaviors.robots import Robots
 from escort_mj.behaviors.task import Task
-from escort_mj.components.facts import Facts, Misfit
+from escort_mj.components.facts import Facts, Misfit, one_each
 from escort_mj.components.parameters import OfTime, Vector
 from escort_mj.components.setup import MissionSetup
 from escort_mj.components.waypoint import Waypoint
@@ -79,16 +79,18 @@ class Formation(Headed):
     """Timed waypoints of the frame; null: if `position` is null too, the frame moves with the target."""
     interpolation: Literal["linear", "smooth"] = "linear"
     """Motion between waypoints: `linear` at constant speed, or `smooth`, a cubic spline."""
-    heading: OfTime = 0.0
+    heading: OfTime | Literal["along"] = 0.0
     """Angle of the frame in the plane of the first two axes [rad]: a number, an expression in t, or `along`
     for the direction in which the frame moves."""
     scale: OfTime = 1.0
     """Factor by which the offsets are multiplied [1]: a number, or an expression in t."""
 
     def misfits(self, mission: Facts) -> Iterator[Misfit]:
-        """Yield two ways or none by which the frame would move."""
+        """Yield two ways or none by which the frame would move, and offsets that are not the robots'."""
         if self.position is not None and self.waypoints is not None:
             yield Misfit("found both position and waypoints; give one of them")
+        if len(self.offsets) != mission.robots:
+            yield one_each(len(self.offsets), mission.robots, "offsets")
         if not self.follows:
             return
         if mission.teams:

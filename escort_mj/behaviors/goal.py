@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
@@ -10,7 +11,8 @@ from pydantic import Discriminator, Field, PositiveFloat, Tag
 from escort_mj.behaviors.behavior import Behavior
 from escort_mj.behaviors.robots import Robots
 from escort_mj.behaviors.task import Task, move
-from escort_mj.components.parameters import Vector
+from escort_mj.components.facts import Facts, Misfit, one_each
+from escort_mj.components.parameters import Distance, Vector
 from escort_mj.components.random_placement import RandomPlacement
 from escort_mj.components.setup import MissionSetup
 from escort_mj.native.fields import Array, Fields, Value
@@ -100,7 +102,7 @@ class Headed(Behavior):
 
     gain: PositiveFloat = 0.8
     """Gain of the distance to the goal [1/s]."""
-    reach: PositiveFloat = 0.1
+    reach: Distance = 0.1
     """Distance within which a robot has reached its goal, or passed a waypoint on the way there [m]."""
 
     @property
@@ -118,6 +120,11 @@ class Goal(Headed):
     goals: Goals
     """One entry per robot, a point or a list of waypoints [m]; `opposite`: each robot's start, mirrored
     through the mean of all starts; a table: random points in a ball, drawn like `robots.placement`."""
+
+    def misfits(self, mission: Facts) -> Iterator[Misfit]:
+        """Yield goals that are not the robots'."""
+        if isinstance(self.goals, tuple) and len(self.goals) != mission.robots:
+            yield one_each(len(self.goals), mission.robots, "goals")
 
     def task(self, r: Robots) -> Task:
         """Return the task toward the goal."""

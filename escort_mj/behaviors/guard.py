@@ -9,7 +9,7 @@ from pydantic import PositiveFloat
 from escort_mj.behaviors.behavior import Behavior
 from escort_mj.behaviors.robots import Robots
 from escort_mj.behaviors.task import Task, move
-from escort_mj.components.parameters import UNLIMITED
+from escort_mj.components.parameters import UNLIMITED, Distance
 from escort_mj.components.setup import MissionSetup
 from escort_mj.native.kernels import inlined
 from escort_mj.native.lanes import everywhere, greatest, load
@@ -31,10 +31,10 @@ class Guard(Behavior):
     frame: ClassVar[Literal["target", "world"]] = "world"
 
     behavior: Literal["guard"] = "guard"
-    distance: PositiveFloat | None = None
+    distance: Distance | None = None
     """Distance from the target at which robots take up position [m]; null: `mission.radius`, or the radius of
     their team."""
-    alert: PositiveFloat | None = None
+    alert: Distance | None = None
     """Distance of an opponent from the target within which robots guard against it [m]; null: any."""
     gain: PositiveFloat = 2.0
     """Gain of the remaining distance [1/s]."""

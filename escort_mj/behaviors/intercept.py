@@ -12,7 +12,7 @@ from escort_mj.behaviors.guard import guarding
 from escort_mj.behaviors.robots import Robots
 from escort_mj.behaviors.task import Task, move
 from escort_mj.components.facts import Facts, Misfit
-from escort_mj.components.parameters import UNLIMITED
+from escort_mj.components.parameters import UNLIMITED, Distance
 from escort_mj.components.setup import MissionSetup
 from escort_mj.native.lanes import everywhere, greatest, least, root
 from escort_mj.native.vectors import dot, where
@@ -35,12 +35,12 @@ class Intercept(Behavior):
     behavior: Literal["intercept"] = "intercept"
     quarry: Literal["target", "opponents"] = "target"
     """What each robot pursues: the target, or the opponent that it guards against."""
-    alert: PositiveFloat | None = None
+    alert: Distance | None = None
     """With `quarry: opponents`: distance from the target within which an opponent is pursued [m]; null:
     any."""
     speed: PositiveFloat | None = None
     """Speed of the robots [m/s], at most `mission.max_speed`; null: `mission.max_speed`."""
-    within: PositiveFloat = 0.5
+    within: Distance = 0.5
     """Center-to-center distance at which a robot has caught the target [m]; it then moves along with the
     target."""
     gain: PositiveFloat = 2.0

@@ -13,7 +13,7 @@ from escort_mj.behaviors.robots import Robots
 from escort_mj.behaviors.task import Task, along, keep_distance
 from escort_mj.components.facts import Facts, Misfit
 from escort_mj.components.obstacles import obstacles_seen
-from escort_mj.components.parameters import OfTime
+from escort_mj.components.parameters import Distance, OfTime
 from escort_mj.components.setup import MissionSetup
 from escort_mj.components.teams import radius_of
 from escort_mj.native.fields import Array, Fields, Value
@@ -74,12 +74,12 @@ class Surface(Behavior):
     fit: bool = False
     """Whether the radius shrinks where obstacles leave less room around the target, and grows again
     afterward."""
-    least: PositiveFloat | None = None
+    least: Distance | None = None
     """Smallest radius to which the formation shrinks [m]; null: the smallest that bodies and safe distances
     allow."""
 
     def misfits(self, mission: Facts) -> Iterator[Misfit]:
-        """Yield a radius that the mission leaves no choice of."""
+        """Yield a radius that the mission leaves no choice of, and those inside bodies."""
         shrinks = "shrinks for the room around the target"
         if mission.teams and (self.has_own_radius or self.least is not None):
             words = "has a radius of its own; with teams, each team has its radius"
@@ -92,6 +92,15 @@ class Surface(Behavior):
             yield Misfit(words, "fit", (("sensing", "lidar"),))
         if self.least is not None and not self.fit:
             yield Misfit("found a smallest radius without fit: true", "least")
+        body = mission.target_radius + mission.robot_radius
+        for name, value in (("radius", self.radius), ("least", self.least)):
+            if isinstance(value, float) and value <= body:
+                words = f"found {value:g} m, inside the target's body; expected more than {body:g} m"
+                yield Misfit(words, name, (("target", "radius"), ("robots", "radius")))
+        whole = mission.radius if self.radius is None else self.radius
+        if self.least is not None and isinstance(whole, float) and not mission.teams and self.least > whole:
+            words = f"found {self.least:g} m; expected at most the radius, {whole:g} m"
+            yield Misfit(words, "least", (("mission", "radius"),))
 
     @classmethod
     def numbers(cls) -> dict[str, type]:

@@ -139,7 +139,7 @@ def turn_figures(plan: Plan, state: State) -> None:
                 known += 1.0 - missing[j]
                 if plan.team_radius.shape[0] == 0 or state.member_of[j] == state.member_of[robot]:
                     left += 1.0 - state.lost[j]
-            share = known / left if plan.informed else 1.0  # a team knows all of its members
+            share = known / left if plan.estimating else 1.0  # a team knows all of its members
         turn_figure(q, center, missing, vertices, share, state.rotation[robot])
 
 

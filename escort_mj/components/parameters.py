@@ -26,6 +26,7 @@ OfTime = Annotated[float | str, FunctionOfTime()]
 Coordinate = Annotated[float, Field(ge=-1e6, le=1e6)]
 Vector = tuple[Coordinate, ...]
 Radius = Annotated[float, Field(ge=1e-3, le=1e5)]
+Distance = Annotated[float, Field(gt=0.0, le=1e5)]
 Force = Annotated[float, Field(ge=1e-15, le=1e12)]
 Mass = Annotated[float, Field(ge=1e-6, le=1e9)]
 

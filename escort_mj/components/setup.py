@@ -195,7 +195,7 @@ class MissionSetup:
     disturbances: tuple[Any, ...] = ()
 
     @property
-    def informed(self) -> bool:
+    def estimating(self) -> bool:
         """Whether each robot has an estimate of the target of its own."""
         return self.sight is not None
 
@@ -224,7 +224,7 @@ class MissionSetup:
     @property
     def apart(self) -> bool:
         """Whether robots have targets and teammates each by itself: of its team, or as it knows."""
-        return self.informed or bool(self.teams)
+        return self.estimating or bool(self.teams)
 
     @property
     def members(self) -> NDArray[np.int64]:

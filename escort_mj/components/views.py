@@ -46,7 +46,7 @@ class BehaviorView(NamedTuple):
     sensing_robots: float  # range within which teammates are seen [m]
     sensing_obstacles: float  # likewise obstacles [m]
     apart: bool  # whether robots have targets, or estimates of it, each by itself
-    informed: bool  # whether they have estimates
+    estimating: bool  # whether they have estimates
     shaped: bool  # whether some obstacle is no sphere
     radio_place: int  # where the radio's block in `parameters` begins
     time: Annotated[Array, 1]  # [s]
@@ -61,8 +61,8 @@ class BehaviorView(NamedTuple):
     lost: Annotated[Array, "n"]  # 1 for robots that have failed
     target_position_measured: Annotated[Array, "p"]  # [m]
     target_velocity_measured: Annotated[Array, "p"]  # [m/s]
-    target_estimate: Annotated[Array, "informed", "p"]  # of each robot [m]
-    target_velocity_estimate: Annotated[Array, "informed", "p"]  # [m/s]
+    target_estimate: Annotated[Array, "estimating", "p"]  # of each robot [m]
+    target_velocity_estimate: Annotated[Array, "estimating", "p"]  # [m/s]
     team_radius: Annotated[Array, "teams"]  # [m]
     team_center: Annotated[Array, "teams", "p"]  # middle of each team's targets [m]
     team_velocity: Annotated[Array, "teams", "p"]  # [m/s]

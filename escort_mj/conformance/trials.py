@@ -62,7 +62,7 @@ class Trial(NamedTuple):
     keeps_outputs: bool = False
 
 
-def _informed(part: Part) -> dict[str, Any]:
+def _estimating(part: Part) -> dict[str, Any]:
     """Robots with an estimator measure with errors, and some messages are lost."""
     measures = part.measures or part.member.needs[0]
     noise = dict.fromkeys(measures, 0.05)
@@ -144,7 +144,7 @@ TRIALS: dict[type[Any], Trial] = {
         lambda part: {"target": {"position": (0.0,) * part.axes, "policy": part.own}},
         numbers=lambda state: len(state.mover_position),
     ),
-    Estimator: Trial(_informed, draw=_draw_beliefs, keeps_outputs=True),
+    Estimator: Trial(_estimating, draw=_draw_beliefs, keeps_outputs=True),
     Radio: Trial(
         lambda part: {"knowledge": {"target": {"robots": (1,)}}, "communication": part.own},
         draw=_draw_message,

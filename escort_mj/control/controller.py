@@ -101,7 +101,7 @@ def evaluate(plan: Plan, state: State) -> None:
     if moved and plan.apart:
         if plan.team_radius.shape[0] > 0:
             form_teams(plan, state)
-        if plan.informed:
+        if plan.estimating:
             know(plan, state)
     if state.neighbors.shape[0] > 0:
         keep_all_neighbors(plan, state)

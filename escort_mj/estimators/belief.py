@@ -32,19 +32,19 @@ class EstimatorView(NamedTuple):
     q: Annotated[Array, "n", "p"]  # true position, for its shape [m]
     q_measured: Annotated[Array, "n", "p"]  # measured position [m]
     v_measured: Annotated[Array, "n", "p"]  # measured velocity [m/s]
-    seen_position: Annotated[Array, "informed", "p"]  # measured position of the target [m]
-    seen_velocity: Annotated[Array, "informed", "p"]  # likewise [m/s]
-    seen_range: Annotated[Array, "informed"]  # likewise: distance of the centers [m]
-    seen_bearing: Annotated[Array, "informed", "p"]  # likewise: direction, a unit vector
+    seen_position: Annotated[Array, "estimating", "p"]  # measured position of the target [m]
+    seen_velocity: Annotated[Array, "estimating", "p"]  # likewise [m/s]
+    seen_range: Annotated[Array, "estimating"]  # likewise: distance of the centers [m]
+    seen_bearing: Annotated[Array, "estimating", "p"]  # likewise: direction, a unit vector
     sight_variance: Annotated[Array, 4]  # of these four, per axis; -1 for what is not measured
     sent_belief: Annotated[Array, "hearing*depth", "believed"]  # of the sender, when it sent the message
     sent_covariance: Annotated[Array, "hearing*depth", "believed*believed"]
     sent_belief_time: Annotated[Array, "hearing*depth"]  # at which that held [s]
     sent_fix: Annotated[Array, "hearing*depth"]  # time of the newest measurement in it [s]
-    belief: Annotated[Array, "informed", "believed"]  # written [m, m/s, m/s^2]
-    belief_covariance: Annotated[Array, "informed", "believed*believed"]  # written: of these, row by row
-    belief_time: Annotated[Array, "informed"]  # written: at which they hold [s]
-    belief_fix: Annotated[Array, "informed"]  # written: time of the newest measurement in it [s]
+    belief: Annotated[Array, "estimating", "believed"]  # written [m, m/s, m/s^2]
+    belief_covariance: Annotated[Array, "estimating", "believed*believed"]  # written: of these, row by row
+    belief_time: Annotated[Array, "estimating"]  # written: at which they hold [s]
+    belief_fix: Annotated[Array, "estimating"]  # written: time of the newest measurement in it [s]
     belief_made: Annotated[Array, "made", "believed"]  # scratch
     covariance_made: Annotated[Array, "made", "believed*believed"]  # scratch
     beliefs_made: Annotated[Array, 1]  # how many of these are in use

@@ -23,7 +23,7 @@ LEAST_VARIANCE = 1e-12  # of what is known exactly [m^2 or m^2/s^2]
 class BeliefParameters(Fields):
     """Whether robots know only what they see and hear, and what they know at the start."""
 
-    informed: Annotated[bool, Value("1", "whether each robot has an estimate of its own")]
+    estimating: Annotated[bool, Value("1", "whether each robot has an estimate of its own")]
     start_deviation: Annotated[
         Array, 3, Value("m, m/s, m/s^2", "standard deviations of what robots know of the target at the start")
     ]
@@ -31,18 +31,18 @@ class BeliefParameters(Fields):
     @classmethod
     def packed(cls, setup: MissionSetup) -> dict[str, Any]:
         """Return the values of the fields for a mission."""
-        return {"informed": setup.informed, "start_deviation": setup.start_deviation}
+        return {"estimating": setup.estimating, "start_deviation": setup.start_deviation}
 
 
 class BeliefState(Fields):
     """The belief of each robot."""
 
     belief: Annotated[
-        Array, "informed", "believed", Value("m, m/s, m/s^2", "position of the target and its derivatives")
+        Array, "estimating", "believed", Value("m, m/s, m/s^2", "position of the target and its derivatives")
     ]
-    belief_covariance: Annotated[Array, "informed", "believed*believed", Value("1", "of these, row by row")]
-    belief_time: Annotated[Array, "informed", Value("s", "at which they hold")]
-    belief_fix: Annotated[Array, "informed", Value("s", "time of the newest measurement in it")]
+    belief_covariance: Annotated[Array, "estimating", "believed*believed", Value("1", "of these, row by row")]
+    belief_time: Annotated[Array, "estimating", Value("s", "at which they hold")]
+    belief_fix: Annotated[Array, "estimating", Value("s", "time of the newest measurement in it")]
     message: Annotated[Array, 1, Value("1", "row of `sent_...` that is being heard; -1 while robots look")]
     belief_made: Annotated[Array, "made", "believed", Value("1", "beliefs under way, scratch")]
     covariance_made: Annotated[Array, "made", "believed*believed", Value("1", "likewise")]
@@ -69,7 +69,7 @@ def _believed(i: int, measured: Array, estimates: Array, of_team: Array, plan: P
     """Return what robots believe: what the sensors show all of them, their estimates, or their team's."""
     if not plan.apart:
         return one_row(state, measured)
-    if plan.informed:
+    if plan.estimating:
         return rows_at(state, estimates, i)
     return of_teams(i, of_team, state)
 
@@ -77,7 +77,7 @@ def _believed(i: int, measured: Array, estimates: Array, of_team: Array, plan: P
 @inlined
 def target_place(robot: int, plan: Plan, state: State) -> Vec:
     """Return where a robot believes the target to be [m]."""
-    if plan.informed:
+    if plan.estimating:
         return numbers_at(state, state.target_estimate, robot)
     return target_shown(robot, plan, state)
 
@@ -85,7 +85,7 @@ def target_place(robot: int, plan: Plan, state: State) -> Vec:
 @inlined
 def target_speed(robot: int, plan: Plan, state: State) -> Vec:
     """Return how fast a robot believes the target to move [m/s]."""
-    if plan.informed:
+    if plan.estimating:
         return numbers_at(state, state.target_velocity_estimate, robot)
     return target_speed_shown(robot, plan, state)
 

@@ -86,10 +86,10 @@ def observe(i: int, plan: Plan, state: State, largest_speed: float, sight: bool,
         way, speed = numbers_at(state, places, j) - q, numbers_at(state, state.obstacle_velocity, j)
         square = dot(way, way)
         gap = norm(way) - plan.seen_radius[j] - plan.robot_radius[i]
-        visible = not plan.informed or gap <= within
+        visible = not plan.estimating or gap <= within
         if state.opponent_status[o] == COMES and square < least and visible:
             least = square
-            if plan.informed:
+            if plan.estimating:
                 speed = obstacle_speed(j, plan, state)
             set_numbers_at(rows, count - 2, way / radius)
             set_numbers_at(rows, count - 1, speed / largest_speed)
@@ -120,4 +120,4 @@ def _teammates(plan: Plan, state: State) -> Array:
 @merged
 def _opponents(seen: Array, plan: Plan, state: State) -> Array:
     """Return where a robot knows opponents to be, among obstacles: with `knowledge`, where it sees them."""
-    return seen if plan.informed else state.obstacle_position
+    return seen if plan.estimating else state.obstacle_position

@@ -141,7 +141,7 @@ class SightParameters(Fields):
     def packed(cls, setup: MissionSetup) -> dict[str, Any]:
         """Return the values of the fields for a mission."""
         sight: TargetSight = setup.sight or TargetSight()
-        looking = range(1, setup.count + 1) if setup.informed else ()
+        looking = range(1, setup.count + 1) if setup.estimating else ()
         variance, of_way = variances(sight, setup)
         return {
             "sight_place": setup.sight or 0,
@@ -189,10 +189,10 @@ class SightState(Fields):
     heading: Annotated[
         Array, "facing", "p", Value("1", "x axis of each body, as far as it lies in the mission's axes")
     ]
-    seen_position: Annotated[Array, "informed", "p", Value("m", "measured position")]
-    seen_velocity: Annotated[Array, "informed", "p", Value("m/s", "measured velocity")]
-    seen_range: Annotated[Array, "informed", Value("m", "measured distance of the centers")]
-    seen_bearing: Annotated[Array, "informed", "p", Value("1", "measured direction, a unit vector")]
+    seen_position: Annotated[Array, "estimating", "p", Value("m", "measured position")]
+    seen_velocity: Annotated[Array, "estimating", "p", Value("m/s", "measured velocity")]
+    seen_range: Annotated[Array, "estimating", Value("m", "measured distance of the centers")]
+    seen_bearing: Annotated[Array, "estimating", "p", Value("1", "measured direction, a unit vector")]
 
 
 @on_demand_unrolled

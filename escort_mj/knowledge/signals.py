@@ -11,22 +11,24 @@ class KnowledgeSignals(Fields):
     """What each robot knows of the target; recorded where robots know only what they see and hear."""
 
     target_estimate: Annotated[
-        Array, "informed", "p", Recorded("m", "position of the target as each robot estimates it")
+        Array, "estimating", "p", Recorded("m", "position of the target as each robot estimates it")
     ]
     target_velocity_estimate: Annotated[
-        Array, "informed", "p", Recorded("m/s", "velocity of the target as each robot estimates it")
+        Array, "estimating", "p", Recorded("m/s", "velocity of the target as each robot estimates it")
     ]
     target_covariance: Annotated[
         Array,
-        "informed",
+        "estimating",
         "p*p",
         Recorded("m^2", "covariance of the error of `target_estimate` that the robot expects; 0 if unknown"),
     ]
     target_seen: Annotated[
-        Array, "informed", Recorded("1", "1 if the robot measured the target at its last look", "int8")
+        Array, "estimating", Recorded("1", "1 if the robot measured the target at its last look", "int8")
     ]
     information_age: Annotated[
-        Array, "informed", Recorded("s", "age of the newest measurement of the target that a robot knows of")
+        Array,
+        "estimating",
+        Recorded("s", "age of the newest measurement of the target known to the robot"),
     ]
 
 

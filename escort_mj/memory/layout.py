@@ -173,7 +173,7 @@ BY_ROBOT = (
         "judged",
         "headed",
         "learning",
-        "informed",
+        "estimating",
         "turned",
         "guarding",
         "bidding",

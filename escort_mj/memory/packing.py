@@ -78,7 +78,7 @@ def pack(setup: Setup, sampling: Sampling, signals: Sequence[str] = ()) -> Array
         "facing": n * setup.faces,
         "measuring": room_for(n) * bool(own),
         "sensor_memories": max((len(each.memories()) for each in own), default=0),
-        "made": MADE * setup.informed,
+        "made": MADE * setup.estimating,
         "believed": setup.estimator.orders * p,
         "turned": n if setup.apart else 1,
         "apart": n * setup.apart,

@@ -62,7 +62,7 @@ def signal_dimensions(setup: Setup, sampling: Sampling) -> dict[str, int]:
         "driven": n * setup.driven,
         "headed": n * setup.headed,
         "learning": n * bool(setup.numbered(LearnedBehavior)),
-        "informed": n * setup.informed,
+        "estimating": n * setup.estimating,
         "hearing": n * bool(slots),
         "slots": slots,
         "returned": n * bool(rays),

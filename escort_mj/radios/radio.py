@@ -1,7 +1,7 @@
 """Base of radios: who can hear whom, when each robot sends, and what becomes of its messages."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Annotated, Any, ClassVar, Literal, NamedTuple, TypeAlias
 
 import numpy as np
@@ -11,6 +11,7 @@ from pydantic import Discriminator, Field, NonNegativeFloat, PositiveFloat, Tag
 from escort_mj.components.component import Derived
 from escort_mj.components.dispatch import in_turn
 from escort_mj.components.equations import Call, Equations, Memory
+from escort_mj.components.facts import Facts, Misfit, robots_known
 from escort_mj.components.parameters import Parameters
 from escort_mj.native.fields import Array
 from escort_mj.native.values import Names, Values, reader_of
@@ -32,6 +33,15 @@ class Loss(Parameters):
     """Share of lost messages [1]."""
     burst: Annotated[float, Field(ge=1.0)]
     """Mean number of messages lost in a row."""
+
+    def misfits(self) -> Iterator[Misfit]:
+        """Yield bursts that are too short for so many losses."""
+        least = self.mean / (1.0 - self.mean)
+        if self.burst < least * (1.0 - 1e-9):
+            words = (
+                f"found {self.burst:g}; expected at least {least:.4g}, as a share of {self.mean:g} is lost"
+            )
+            yield Misfit(words, ("loss", "burst"), (("communication", "loss", "mean"),))
 
 
 class Nearest(Parameters):
@@ -63,6 +73,20 @@ class Blackout(Parameters):
     groups: Annotated[tuple[Robots, ...], Field(min_length=2)] | None = None
     """Groups of robots that hear each other but not other groups; the robots not listed form one more group.
     """
+
+    def misfits(self, count: int) -> Iterator[Misfit]:
+        """Yield an end before the start, and robots that there are not."""
+        if self.before is not None and self.before <= self.after:
+            words = f"found {self.before:g} s; expected more than after, {self.after:g} s"
+            yield Misfit(words, ("before",))
+        if self.robots is not None and self.groups is not None:
+            yield Misfit("found robots and groups; expected one of them", ())
+        yield from robots_known(self.robots or (), count, "robots")
+        members = [robot for group in self.groups or () for robot in group]
+        for number, group in enumerate(self.groups or ()):
+            yield from robots_known(group, count, "groups", number)
+        if twice := sorted({robot for robot in members if members.count(robot) > 1}):
+            yield Misfit(f"found robot {twice[0]} in two groups; expected one", ("groups",))
 
     def parts(self, count: int) -> list[int]:
         """Return the number of each robot's part of the team: robots alone have numbers of their own."""
@@ -193,6 +217,24 @@ class Radio(Equations):
     """Largest number of teammates that a robot hears at once; null: all in a team of up to 17, else 8."""
     blackouts: Annotated[tuple[Blackout, ...], Field(max_length=64)] = ()
     """Periods in which some messages do not get through."""
+
+    def misfits(self, mission: Facts) -> Iterator[Misfit]:
+        """Yield robots that there are not, and bounds that contradict each other."""
+        count, graph = mission.robots, self.graph
+        if isinstance(graph, Edges):
+            for index, edge in enumerate(graph.edges):
+                yield from robots_known(edge, count, "graph", "edges", index)
+        if isinstance(graph, Nearest) and graph.nearest >= count:
+            words = f"found {graph.nearest}; expected at most {count - 1}, the teammates of a robot"
+            yield Misfit(words, ("graph", "nearest"), (("robots", "count"),))
+        if self.most_delay < self.least_delay:
+            words = f"found {self.least_delay:g} to {self.most_delay:g} s; expected the least one first"
+            yield Misfit(words, "delay")
+        if isinstance(self.loss, Loss):
+            yield from self.loss.misfits()
+        for index, blackout in enumerate(self.blackouts):
+            for words, key, because in blackout.misfits(count):
+                yield Misfit(words, ("blackouts", index, *key), because)
 
     def sends(self, r: Values) -> Any:
         """Return the time at which message `r.number` of robot `r.sender` is sent [s]; then it goes to all.

@@ -87,7 +87,7 @@ def observed(simulation: Simulation, rows: Array) -> Array:
     parts = np.zeros((n, 4 + min(n - 1, TEAMMATES) + 2 * bool(setup.opponents), p))
     center, velocity = samples["target_position_measured"], samples["target_velocity_measured"]
     radius = np.full((n, 1), setup.radius)
-    if setup.informed:
+    if setup.estimating:
         center, velocity = (samples[f"target_{name}estimate"].reshape(n, p) for name in ("", "velocity_"))
     if setup.teams:
         member = samples["member_of"][0].astype(int) - 1

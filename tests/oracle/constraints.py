@@ -91,10 +91,10 @@ def constraints_of(avoid: AvoidObstacles, rules: Rules, now: Situation) -> list[
     spread = np.zeros(n)
     if now.members is not None:
         alike = now.members[:, None] == now.members
-        other = 0.0 if setup.informed else 0.5 * (frame[:, None] + frame)
+        other = 0.0 if setup.estimating else 0.5 * (frame[:, None] + frame)
         mutual = np.where(alike[..., None], mutual, other)
         most = np.linalg.norm(mutual - frame[:, None], axis=2).max()
-        spread = rules.foresees * (np.linalg.norm(frame, axis=1) if setup.informed else np.full(n, most))
+        spread = rules.foresees * (np.linalg.norm(frame, axis=1) if setup.estimating else np.full(n, most))
     found: list[Constraints] = []
     for i in range(n):
         wanted = (safe[i] > 0.0) & np.isfinite(seen[i])

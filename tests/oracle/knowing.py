@@ -172,7 +172,7 @@ class Minds:
 
 def blank_view(n: int, p: int, size: int) -> EstimatorView:
     """Return memory for what the estimators of n robots see and write, with one message at a time."""
-    sizes = {"n": n, "informed": n, "p": p, "believed": size, "hearing": 1, "depth": 1, "made": MADE}
+    sizes = {"n": n, "estimating": n, "p": p, "believed": size, "hearing": 1, "depth": 1, "made": MADE}
     fields = declared(EstimatorView).items()
     blank = {name: np.zeros(shape_of(field, sizes)) for name, field in fields if field.kind is np.ndarray}
     return EstimatorView(timestep=0.0, way_variance=0.0, **blank)

@@ -93,7 +93,7 @@ class ReferenceController:
         self._team = KnownRobots.whole(self.setup)
         self._applied = self._applied_before = np.zeros_like(self.q_d)
         self._rotation = np.eye(self.setup.axes)
-        self._minds = Minds(self.setup) if self.setup.informed else None
+        self._minds = Minds(self.setup) if self.setup.estimating else None
         self._watch = Watch(self.setup) if self.setup.opponents else None
         self._threats: Threats | None = None
         self._teams = Teams(self.setup) if self.setup.teams else None

@@ -150,7 +150,7 @@ def team_motion(robot: int, rules: Rules, plan: Plan, state: State) -> Vec:
 @inlined
 def team_spread(robot: int, plan: Plan, state: State) -> float:
     """Return by how much the motion that two robots share may differ from that of a robot's team [m/s]."""
-    if plan.informed:
+    if plan.estimating:
         return norm(target_speed(robot, plan, state)) if plan.target_feedforward else 0.0
     most, teams = 0.0, state.team_velocity.shape[0]
     for a in range(teams if plan.target_feedforward else 0):
@@ -182,24 +182,24 @@ def _add_body(
     n, m, (speed, relative) = state.q.shape[0], plan.obstacle_radius.shape[0], limits
     avoid, rules, position = clearance.avoid, clearance.rules, obstacles_seen(robot, plan, state)
     q = numbers_at(state, state.q_measured, robot)
-    responsibility, mate, straight, mate_speed = 1.0, body - m, 0.0, 0.0
+    responsibility, other, straight, other_speed = 1.0, body - m, 0.0, 0.0
     same_target, teams = rules.target_radius > 0.0, plan.team_radius.shape[0] > 0
-    heard, own = mate - n - 1 if mate > n else -1, plan.robot_radius[robot]
+    heard, own = other - n - 1 if other > n else -1, plan.robot_radius[robot]
     if heard >= 0:
-        mate, distance, covered, direction = may_be(robot, heard, avoid.to_surface, plan, state)
-        if mate < 0:
+        other, distance, covered, direction = may_be(robot, heard, avoid.to_surface, plan, state)
+        if other < 0:
             return count
-        reach, radius = avoid.heard_distance + covered, plan.robot_radius[mate]
+        reach, radius = avoid.heard_distance + covered, plan.robot_radius[other]
     else:
-        safe, radius, sight = _body_geometry(robot, mate, avoid, rules, plan, state)
+        safe, radius, sight = _body_geometry(robot, other, avoid, rules, plan, state)
         if safe <= 0.0:
             return count
-        if mate == n:
+        if other == n:
             place = target_place(robot, plan, state)
-        elif mate < 0:
+        elif other < 0:
             place = numbers_at(state, position, body)
         else:
-            place = numbers_at(state, state.q_measured, mate)
+            place = numbers_at(state, state.q_measured, other)
         direction, distance = unit_of(q - place)
         if not distance - own - radius <= sight:
             return count
@@ -207,36 +207,36 @@ def _add_body(
     margin, gap = distance - reach, distance - own - radius
     if rules.cone != 0.0 and margin > 0.0:
         return count
-    if mate < 0:
+    if other < 0:
         motion = obstacle_speed(body, plan, state)
-    elif mate == n:
+    elif other == n:
         motion = target_speed(robot, plan, state)
-    elif state.lost[mate] != 0.0:
-        motion = numbers_at(state, state.v_measured, mate)
+    elif state.lost[other] != 0.0:
+        motion = numbers_at(state, state.v_measured, other)
     else:
         motion, responsibility = team_motion(robot, rules, plan, state), 0.5
         if teams:
-            same_target = state.member_of[robot] == state.member_of[mate]
-            if not plan.informed:
-                motion = 0.5 * (motion + team_motion(mate, rules, plan, state))
+            same_target = state.member_of[robot] == state.member_of[other]
+            if not plan.estimating:
+                motion = 0.5 * (motion + team_motion(other, rules, plan, state))
             elif not same_target:
                 motion = zero_like(motion)  # neither knows how the other's targets move
-        velocity = numbers_at(state, state.v_measured, mate)
+        velocity = numbers_at(state, state.v_measured, other)
         if heard >= 0:
             velocity = heard_velocity(robot, heard, state)
-        mate_speed = rules.foresees * dot(direction, velocity)
+        other_speed = rules.foresees * dot(direction, velocity)
     along, body_speed = dot(direction, motion), norm(motion) if responsibility == 1.0 else 0.0
     approaches = responsibility == 1.0 and rules.foresees != 0.0 and along > 0.0
     lead, half_breadth = lead_of(body_speed, plan.max_speed) if approaches else 0.0, 0.0
-    if lead > 0.0 and mate < 0:
+    if lead > 0.0 and other < 0:
         half_breadth = breadth(plan.obstacle_extent[body], state.obstacle_velocity[body], body_speed)
     lead *= reach + half_breadth
     closing_limit = approach(margin - lead, rules)
     own_limit = responsibility * closing_limit
     bound = rules.foresees * along - own_limit
     if responsibility < 1.0 and rules.foresees != 0.0:  # all, where the teammate does not yield its half
-        bound = max(bound, mate_speed - closing_limit)
-        own_limit = min(own_limit, closing_limit + along - mate_speed)
+        bound = max(bound, other_speed - closing_limit)
+        own_limit = min(own_limit, closing_limit + along - other_speed)
     most_violation = (relative if responsibility < 1.0 else speed + rules.foresees * body_speed) - own_limit
     if most_violation < 0.0:
         return count
@@ -260,7 +260,7 @@ def _add_body(
 
 @inlined
 def _body_geometry(
-    robot: int, mate: int, avoid: Avoidance, rules: Rules, plan: Plan, state: State
+    robot: int, other: int, avoid: Avoidance, rules: Rules, plan: Plan, state: State
 ) -> tuple[float, float, float]:
     """Return what distance a robot keeps to a body, the body's radius, and how far away robots see it [m].
 
@@ -268,20 +268,24 @@ def _body_geometry(
 
     Args:
         robot: From 0.
-        mate: Which robot the body is; their number for the target, and below 0 obstacles, the last one -1.
+        other: Which robot the body is; their number for the target, and below 0 obstacles, the last one -1.
         avoid: What distances are kept.
         rules: Gives that to the target.
         plan: Gives radii.
         state: Gives who has failed.
     """
-    if mate < 0:
-        return avoid.safe_distance, plan.seen_radius[mate + plan.seen_radius.shape[0]], plan.sensing_obstacles
-    if mate == state.q.shape[0]:
+    if other < 0:
+        return (
+            avoid.safe_distance,
+            plan.seen_radius[other + plan.seen_radius.shape[0]],
+            plan.sensing_obstacles,
+        )
+    if other == state.q.shape[0]:
         return rules.target_distance, rules.target_radius, math.inf
     safe = avoid.teammate_distance
-    if state.lost[mate] != 0.0:
+    if state.lost[other] != 0.0:
         safe = max(safe, avoid.safe_distance)
-    return 0.0 if mate == robot else safe, plan.robot_radius[mate], plan.sensing_robots
+    return 0.0 if other == robot else safe, plan.robot_radius[other], plan.sensing_robots
 
 
 @inlined

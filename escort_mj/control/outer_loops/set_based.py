@@ -181,7 +181,7 @@ def _may_bind(clearance: Clearance, r: Robots) -> Lanes:
     frame_speed = norm(wanted - r.vector(state.pace_frame))
     binds = _limits_bind(level, speed, r)
     if plan.team_radius.shape[0] > 0:
-        relative = relative + (pace if plan.informed else everywhere(team_spread(r.i, plan, state)))
+        relative = relative + (pace if plan.estimating else everywhere(team_spread(r.i, plan, state)))
     if rules.target_distance > 0.0:
         look = rules.target_distance + avoid.to_surface * (r.robot_radius + rules.target_radius)
         target_faster = pace > FASTER * max_speed  # the target is faster than the robot

@@ -275,7 +275,7 @@ def replay_of(trace: Recorded) -> Replay:
     wish = trace["v_d"].values[..., :3]
     robots, target = in_space("q"), in_space("target_position")
     goals = in_space("goal") if "goal" in trace else robots[:, :0]
-    informed, teams = "target_estimate" in trace, "member_of" in trace
+    estimating, teams = "target_estimate" in trace, "member_of" in trace
     targets, none = recorded_targets(trace), np.zeros((len(robots), 0), np.int8)
     rays = trace["lidar_ray"].values if "lidar_ray" in trace else np.zeros((0, 3))
     if not escorts(trace):
@@ -300,8 +300,8 @@ def replay_of(trace: Recorded) -> Replay:
         kept=kept_radius(trace),
         lost=lost(trace),
         formations=links(trace),
-        estimates=in_space("target_estimate") if informed else robots[:, :0],
-        seen=(trace["target_seen"].values if informed else lost(trace)[:, :0]) > 0,
+        estimates=in_space("target_estimate") if estimating else robots[:, :0],
+        seen=(trace["target_seen"].values if estimating else lost(trace)[:, :0]) > 0,
         heard=trace["heard_from"].values
         if "heard_from" in trace
         else np.zeros((*robots.shape[:2], 0), np.int16),

@@ -9,6 +9,7 @@ from pydantic import BaseModel
 
 from escort_mj.components.equations import Equations
 from escort_mj.components.facts import Facts
+from escort_mj.scenario.checks.mission import neighbor_spacing
 from escort_mj.scenario.findings import Finding, Path
 from escort_mj.scenario.mission import Mission
 
@@ -18,7 +19,8 @@ def check_fits(mission: Mission) -> Iterator[Finding]:
     facts = facts_of(mission)
     for path, component in components_in(mission.scenario):
         for words, key, because in component.misfits(facts):
-            yield Finding((*path, *filter(None, (key,))), words, related=because)
+            where = (key,) if isinstance(key, str) else key
+            yield Finding((*path, *(part for part in where if part != "")), words, related=because)
 
 
 def facts_of(mission: Mission) -> Facts:
@@ -27,13 +29,23 @@ def facts_of(mission: Mission) -> Facts:
     limits = dict.fromkeys(range(1, mission.count + 1), robots.force_limit)
     limits |= {each.robot: each.force_limit for each in robots.overrides if each.force_limit is not None}
     tables = (name for name in ("knowledge", "communication") if getattr(scenario, name) is not None)
+    radio, sight = scenario.communication, scenario.sensing.radius
+    reach = None
+    if radio is not None and radio.range is not None:
+        reach = radio.range + 2.0 * robots.largest_radius * (radio.measure == "surface")
     return Facts(
         axes=scenario.axes,
         robots=mission.count,
+        robot_radius=robots.largest_radius,
+        target_radius=0.0 if scenario.target is None else scenario.target.radius,
+        radius=scenario.mission.radius,
+        spacing=neighbor_spacing(scenario),
         target=scenario.target is not None,
         teams=bool(scenario.teams),
         known_by=next(tables, ""),
-        heard=scenario.communication is not None,
+        heard=radio is not None,
+        heard_within=reach,
+        seen_within=(sight.robots, sight.obstacles),
         failures=bool(robots.failures),
         opponents=bool(scenario.opponents),
         lidar=scenario.sensing.lidar is not None,

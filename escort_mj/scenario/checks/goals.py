@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from escort_mj.behaviors import Formation, Goal
 from escort_mj.errors import ScenarioError
 from escort_mj.scenario.checks.mission import behaviors_of
-from escort_mj.scenario.checks.motion import check_order
 from escort_mj.scenario.findings import Finding, Path
 from escort_mj.scenario.geometry.goals import goals_of
 from escort_mj.scenario.mission import Mission
@@ -45,19 +44,6 @@ def check_target(mission: Mission) -> Iterator[Finding]:
             )
 
 
-def check_formations(mission: Mission) -> Iterator[Finding]:
-    """Formations have an offset for each robot, and waypoints in order."""
-    scenario = mission.scenario
-    count = mission.count
-    for path, formation in behaviors_of(scenario):
-        if not isinstance(formation, Formation):
-            continue
-        if len(formation.offsets) != count:
-            words = f"found {len(formation.offsets)} entries; expected {count}, one for each robot"
-            yield Finding((*path, "offsets"), words, related=(("robots", "count"), ("robots", "positions")))
-        yield from check_order((*path, "waypoints"), formation.waypoints or ())
-
-
 def check_one_way(mission: Mission) -> Iterator[Finding]:
     """No stack sends robots to two places at once."""
     seen: dict[Path, str] = {}
@@ -70,9 +56,8 @@ def check_one_way(mission: Mission) -> Iterator[Finding]:
 
 
 def check_goals(mission: Mission) -> Iterator[Finding]:
-    """As many goals as robots, of as many numbers as axes; all robots fit at their last ones, or offsets."""
+    """All robots fit at their last goals, or offsets."""
     scenario = mission.scenario
-    count = mission.count
     for path, goal in behaviors_of(scenario):
         if isinstance(goal, Formation) and isinstance(goal.scale, float):
             with suppress(ScenarioError):  # no room for robots, which another check says
@@ -80,15 +65,8 @@ def check_goals(mission: Mission) -> Iterator[Finding]:
                 yield from _overlapping(places, mission.team.radius, "offsets", (*path, "offsets"))
         if not isinstance(goal, Goal):
             continue
-        path = (*path, "goals")
-        if isinstance(goal.goals, tuple) and len(goal.goals) != count:
-            yield Finding(
-                path,
-                f"found {len(goal.goals)} entries; expected {count}, one for each robot",
-                related=(("robots", "count"), ("robots", "positions")),
-            )
-        else:
-            yield from _fitting(mission, goal, path)
+        if not isinstance(goal.goals, tuple) or len(goal.goals) == mission.count:
+            yield from _fitting(mission, goal, (*path, "goals"))
 
 
 def _fitting(mission: Mission, goal: Goal, path: Path) -> Iterator[Finding]:

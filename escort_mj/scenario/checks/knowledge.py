@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 
-from escort_mj.behaviors import AvoidObstacles
-from escort_mj.behaviors.avoid_obstacles import HEARD
+from escort_mj.components.facts import robots_known
 from escort_mj.knowledge.sight import TargetSight
-from escort_mj.radios.radio import Edges, Loss, Nearest
 from escort_mj.scenario.checks.mission import behaviors_of
-from escort_mj.scenario.findings import Finding, Path, key_path, listed
+from escort_mj.scenario.findings import Finding, Path, listed
 from escort_mj.scenario.geometry.placement import kinds_of, robot_count
 from escort_mj.scenario.mission import Mission
 from escort_mj.scenario.schema.knowledge import Knowledge
@@ -33,36 +31,6 @@ def check_known(mission: Mission) -> Iterator[Finding]:
         yield Finding(table, words, related=(("target",),))
 
 
-def check_heard(mission: Mission) -> Iterator[Finding]:
-    """Teammates that are avoided by their messages can be heard in time, and something bounds their ways."""
-    scenario = mission.scenario
-    communication, limit = scenario.communication, scenario.mission.max_speed
-    for place, avoid in behaviors_of(scenario):
-        if not isinstance(avoid, AvoidObstacles) or avoid.teammates != HEARD:
-            continue
-        path: Path = (*place, "teammates")
-        if communication is None:
-            words = f"found {HEARD} without communication; expected true, false or a table communication"
-            yield Finding(path, words, related=(("communication",),))
-            continue
-        if limit is None and scenario.robots.force_limit is None:
-            words = (
-                f"found {HEARD} with neither mission.max_speed nor robots.force_limit; expected one or both"
-            )
-            words += ", as they bound where a teammate may have got to since it was heard"
-            yield Finding(path, words, related=(("mission", "max_speed"), ("robots", "force_limit")))
-        bodies = 2.0 * scenario.robots.largest_radius
-        least = avoid.teammate_distance or avoid.safe_distance
-        least += bodies * ((avoid.measure == "surface") - (communication.measure == "surface"))
-        if communication.range is not None and communication.range < least:
-            yield Finding(
-                ("communication", "range"),
-                f"found {communication.range:g} m, less than the distance that {key_path(place)} keeps to "
-                f"teammates that are heard; expected at least {least:g} m",
-                related=(path,),
-            )
-
-
 def check_target_sight(mission: Mission) -> Iterator[Finding]:
     """Robots that can see exist, looks are whole steps apart, and the estimator gets what it needs."""
     scenario = mission.scenario
@@ -70,7 +38,8 @@ def check_target_sight(mission: Mission) -> Iterator[Finding]:
     if knowledge is None:
         return
     path: Path = ("knowledge", "target")
-    yield from _numbers(scenario, (*path, "robots"), knowledge.target.robots or ())
+    for words, key, _ in robots_known(knowledge.target.robots or (), mission.count, "robots"):
+        yield Finding((*path, *key), words)
     yield from _seers(scenario, (*path, "robots"))
     yield from whole_steps(scenario, (*path, "rate"), knowledge.target.rate)
     yield from _needs(knowledge, (*path, "measures"))
@@ -113,9 +82,9 @@ def _needs(knowledge: Knowledge, path: Path) -> Iterator[Finding]:
 
 
 def check_communication(mission: Mission) -> Iterator[Finding]:
-    """Robots exist, messages are whole steps apart, and no more of them are kept than memory holds."""
+    """Messages are whole steps apart, and no more of them are kept than memory holds."""
     scenario = mission.scenario
-    communication, count = scenario.communication, mission.count
+    communication = scenario.communication
     if communication is None:
         return
     path: Path = ("communication",)
@@ -123,32 +92,6 @@ def check_communication(mission: Mission) -> Iterator[Finding]:
         yield from whole_steps(scenario, (*path, rate), getattr(communication, rate))
     for time in communication.times:
         yield from whole_time(scenario, (*path, time), getattr(communication, time))
-    graph, delay = communication.graph, communication.delay
-    if isinstance(graph, Edges):
-        for index, edge in enumerate(graph.edges):
-            yield from _numbers(scenario, (*path, "graph", "edges", index), edge)
-    if isinstance(graph, Nearest) and graph.nearest >= count:
-        words = f"found {graph.nearest}; expected at most {count - 1}, the teammates of a robot"
-        yield Finding((*path, "graph", "nearest"), words, related=(("robots", "count"),))
-    if isinstance(delay, tuple) and delay[1] < delay[0]:
-        yield Finding((*path, "delay"), f"found {delay[0]:g} to {delay[1]:g} s; expected the least one first")
-    loss = communication.loss
-    if isinstance(loss, Loss) and loss.burst < (least := loss.mean / (1.0 - loss.mean)) * (1.0 - 1e-9):
-        words = f"found {loss.burst:g}; expected at least {least:.4g}, as a share of {loss.mean:g} is lost"
-        yield Finding((*path, "loss", "burst"), words, related=((*path, "loss", "mean"),))
-    for index, blackout in enumerate(communication.blackouts):
-        place: Path = (*path, "blackouts", index)
-        if blackout.before is not None and blackout.before <= blackout.after:
-            words = f"found {blackout.before:g} s; expected more than after, {blackout.after:g} s"
-            yield Finding((*place, "before"), words)
-        if blackout.robots is not None and blackout.groups is not None:
-            yield Finding(place, "found robots and groups; expected one of them")
-        yield from _numbers(scenario, (*place, "robots"), blackout.robots or ())
-        members = [robot for group in blackout.groups or () for robot in group]
-        for number, group in enumerate(blackout.groups or ()):
-            yield from _numbers(scenario, (*place, "groups", number), group)
-        if twice := sorted({robot for robot in members if members.count(robot) > 1}):
-            yield Finding((*place, "groups"), f"found robot {twice[0]} in two groups; expected one")
     yield from _on_their_way(scenario, path)
 
 
@@ -167,15 +110,6 @@ def _on_their_way(scenario: Scenario, path: Path) -> Iterator[Finding]:
         rates = tuple((*path, rate) for rate in communication.rates)
         lower = listed(["delay", *communication.rates])
         yield Finding((*path, "delay"), f"{words}: lower {lower} (a delay is in seconds)", related=rates)
-
-
-def _numbers(scenario: Scenario, path: Path, robots: Sequence[int]) -> Iterator[Finding]:
-    """Numbers of robots that exist, each once."""
-    count = robot_count(scenario)
-    if wrong := [robot for robot in robots if robot > count]:
-        yield Finding(path, f"found robot {wrong[0]}; allowed are 1 to {count}")
-    if len(set(robots)) < len(robots):
-        yield Finding(path, f"found {', '.join(map(str, robots))}; expected each robot once")
 
 
 def whole_steps(scenario: Scenario, path: Path, rate: float | None) -> Iterator[Finding]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from escort_mj.behaviors import AvoidObstacles, Behavior, Chords
+from escort_mj.behaviors import Behavior, Chords
 from escort_mj.laws import Law
 from escort_mj.numerics.formation import widest_spacing
 from escort_mj.rules import Rule
@@ -118,9 +118,8 @@ def _check_condition(mission: Mission, when: Rule, path: Path) -> Iterator[Findi
 def check_formation(mission: Mission) -> Iterator[Finding]:
     """The behaviors suit the number of robots and their size."""
     scenario = mission.scenario
-    axes, own = scenario.axes, scenario.mission.radius
-    behaviors = list(behaviors_of(scenario))
-    robot_radius = max([scenario.robots.radius, *(o.radius or 0.0 for o in scenario.robots.overrides)])
+    own = scenario.mission.radius
+    robot_radius = scenario.robots.largest_radius
     body = robot_radius if scenario.target is None else scenario.target.radius + robot_radius
     if scenario.target is not None and own <= body:
         yield Finding(
@@ -128,10 +127,7 @@ def check_formation(mission: Mission) -> Iterator[Finding]:
             f"found {own:g} m, inside the target's body; expected more than {body:g} m",
             related=(("target", "radius"), ("robots", "radius")),
         )
-    spread, edge = any(behavior.spreads for _, behavior in behaviors), math.inf
-    for key, together, radius in _circles(scenario) if spread else ():
-        between = widest_spacing(together, axes, radius)
-        edge = min(edge, between)
+    for key, radius, between in _circles(scenario):
         if between <= 2.0 * robot_radius:
             yield Finding(
                 key,
@@ -139,23 +135,21 @@ def check_formation(mission: Mission) -> Iterator[Finding]:
                 f"their diameter, {2.0 * robot_radius:g} m",
                 related=(("mission", "radius"), ("robots", "radius"), ("robots", "count")),
             )
-    for path, avoid in behaviors:
-        if not isinstance(avoid, AvoidObstacles) or avoid.teammate_distance is None:
-            continue
-        reach = avoid.teammate_distance + (2.0 * robot_radius if avoid.measure == "surface" else 0.0)
-        if avoid.teammates and reach > edge:
-            yield Finding(
-                (*path, "teammate_distance"),
-                f"found {avoid.teammate_distance:g} m, which reaches beyond the formation's neighbors at "
-                f"{edge:.4g} m: avoidance would never let them take their places",
-            )
 
 
-def _circles(scenario: Scenario) -> Iterator[tuple[Path, int, float]]:
-    """Yield key and size of each circle that robots spread over, and how many they are at most."""
-    radius = scenario.mission.radius
+def neighbor_spacing(scenario: Scenario) -> float:
+    """Return the least distance of neighbors of an even formation [m]; infinite where none is kept."""
+    return min((between for *_, between in _circles(scenario)), default=math.inf)
+
+
+def _circles(scenario: Scenario) -> Iterator[tuple[Path, float, float]]:
+    """Yield key and radius of each circle that robots spread over, and the distance of neighbors on it."""
+    radius, axes = scenario.mission.radius, scenario.axes
+    if not any(behavior.spreads for _, behavior in behaviors_of(scenario)):
+        return
     if not scenario.teams:
-        yield ("mission", "radius"), robot_count(scenario), radius
+        yield ("mission", "radius"), radius, widest_spacing(robot_count(scenario), axes, radius)
     for index, team in enumerate(scenario.teams):
         most = max([len(team.robots), *(demand.robots for demand in team.demand)])
-        yield ("teams", index, "radius"), most, team.radius or radius
+        own = team.radius or radius
+        yield ("teams", index, "radius"), own, widest_spacing(most, axes, own)

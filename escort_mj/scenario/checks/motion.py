@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from itertools import pairwise
+from typing import Any
+
+from pydantic import BaseModel
 
 from escort_mj.components.waypoint import Waypoint
 from escort_mj.scenario.findings import Finding, Path
@@ -12,7 +15,7 @@ from escort_mj.scenario.schema.obstacle_tables import Motion
 
 
 def check_motion(mission: Mission) -> Iterator[Finding]:
-    """What moves says where to, in one way; waypoints are in order."""
+    """What moves says where to, in one way."""
     scenario = mission.scenario
     motions: list[tuple[Path, Motion]] = []
     if scenario.target is not None:
@@ -26,12 +29,24 @@ def check_motion(mission: Mission) -> Iterator[Finding]:
     for path, motion in motions:
         if motion.position is not None and motion.waypoints is not None:
             yield Finding(path, "found both position and waypoints; give one of them")
-        yield from check_order((*path, "waypoints"), motion.waypoints or ())
 
 
-def check_order(path: Path, waypoints: Sequence[Waypoint]) -> Iterator[Finding]:
-    """Waypoints are in order of time."""
-    for index, (before, after) in enumerate(pairwise(waypoints), 1):
-        if after.time <= before.time:
+def check_order(mission: Mission) -> Iterator[Finding]:
+    """Waypoints are in order of time, wherever they stand."""
+    yield from _order_in(mission.scenario, ())
+
+
+def _order_in(value: Any, path: Path) -> Iterator[Finding]:
+    """Waypoints of a table are in order, and of the tables within it."""
+    if isinstance(value, BaseModel):
+        for name in type(value).model_fields:
+            yield from _order_in(getattr(value, name), (*path, name))
+        return
+    if not isinstance(value, tuple):
+        return
+    for place, each in enumerate(value):
+        yield from _order_in(each, (*path, place))
+    for index, (before, after) in enumerate(pairwise(value), 1):
+        if isinstance(before, Waypoint) and isinstance(after, Waypoint) and after.time <= before.time:
             words = f"found {after.time:g} s after {before.time:g} s; waypoints are in order of time"
             yield Finding((*path, index, "time"), words)

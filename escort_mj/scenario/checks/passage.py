@@ -32,25 +32,13 @@ class DoorOnPath(NamedTuple):
 
 
 def check_radii(mission: Mission) -> Iterator[Finding]:
-    """Radii of the behavior `surface` are larger than bodies."""
+    """Radii of the behavior `surface` that change are larger than bodies."""
     scenario = mission.scenario
     target = 0.0 if scenario.target is None else scenario.target.radius
     body = target + scenario.robots.largest_radius
     for path, surface in behaviors_of(scenario):
-        if not isinstance(surface, Surface):
-            continue
-        if isinstance(surface.radius, str):
+        if isinstance(surface, Surface) and isinstance(surface.radius, str):
             yield from _small(scenario, (*path, "radius"), surface.radius, body)
-        for name in ("radius", "least"):
-            value = getattr(surface, name)
-            if isinstance(value, float) and value <= body:
-                words = f"found {value:g} m, inside the target's body; expected more than {body:g} m"
-                yield Finding((*path, name), words, related=(("target", "radius"), ("robots", "radius")))
-        whole = scenario.mission.radius if surface.radius is None else surface.radius
-        if surface.least is not None and isinstance(whole, float) and not scenario.teams:
-            if surface.least > whole:
-                words = f"found {surface.least:g} m; expected at most the radius, {whole:g} m"
-                yield Finding((*path, "least"), words, related=(("mission", "radius"),))
 
 
 def _small(scenario: Scenario, path: Path, radius: str, body: float) -> Iterator[Finding]:

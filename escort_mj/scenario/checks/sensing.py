@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from escort_mj.behaviors import AvoidObstacles
-from escort_mj.behaviors.avoid_obstacles import HEARD
 from escort_mj.scenario.checks.knowledge import HEADLESS, whole_steps, whole_time
 from escort_mj.scenario.checks.mission import behaviors_of
 from escort_mj.scenario.findings import Finding, Path, key_path
@@ -72,28 +70,3 @@ def check_lidar(mission: Mission) -> Iterator[Finding]:
                 f"{key_path(place)}; expected at least {least:g} m",
                 related=(place,),
             )
-
-
-def check_sight(mission: Mission) -> Iterator[Finding]:
-    """Robots see what they are to avoid before it is too near: avoidance never meets a sudden intruder."""
-    scenario = mission.scenario
-    sight = scenario.sensing.radius
-    for path, avoid in behaviors_of(scenario):
-        if not isinstance(avoid, AvoidObstacles):
-            continue
-        mates = avoid.teammate_distance or avoid.safe_distance
-        needed = {
-            "robots": 0.0 if avoid.teammates in (False, HEARD) else mates,
-            "obstacles": avoid.safe_distance,
-        }
-        if scenario.robots.failures:  # a lost robot is an obstacle
-            needed["robots"] = max(needed["robots"], avoid.safe_distance)
-        for name, least in needed.items():
-            found = getattr(sight, name)
-            if found is not None and found < least:
-                yield Finding(
-                    ("sensing", "radius", name),
-                    f"found {found:g} m, less than the safe distance of {key_path(path)}; expected at least "
-                    f"{least:g} m, or a smaller safe distance there",
-                    related=(path,),
-                )

@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 
 from escort_mj.laws import LAWS
 from escort_mj.scenario.checks.mission import behaviors_of, laws_of
-from escort_mj.scenario.checks.motion import check_order
 from escort_mj.scenario.checks.obstacles import check_drive
 from escort_mj.scenario.findings import Finding, Path, did_you_mean, listed, shown
 from escort_mj.scenario.geometry.teams import escort_of
@@ -36,7 +35,6 @@ def check_team_targets(mission: Mission) -> Iterator[Finding]:
             path: Path = (*table, "targets", place)
             if target.position is not None and target.waypoints is not None:
                 yield Finding(path, "found both position and waypoints; give one of them")
-            yield from check_order((*path, "waypoints"), target.waypoints or ())
             yield from check_drive(scenario, target.body, (*path, "body"))
             yield from _check_times(scenario, (*path, "escorted_by"), target.escorted_by)
             for k, escort in enumerate(target.escorted_by):

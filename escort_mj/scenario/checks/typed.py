@@ -5,13 +5,12 @@ from __future__ import annotations
 import types
 from collections.abc import Iterator, Sequence
 from functools import cache, lru_cache
-from typing import Annotated, Any, Union, get_args, get_origin
+from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
 import numpy as np
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
-from escort_mj.behaviors.formation import ALONG
 from escort_mj.components.parameters import FunctionOfTime, OfTime, Vector
 from escort_mj.scenario.findings import Finding, Path
 from escort_mj.scenario.mission import Mission
@@ -44,7 +43,7 @@ def check_vectors(mission: Mission) -> Iterator[Finding]:
 def check_functions(mission: Mission) -> Iterator[Finding]:
     """Every function of time is one, and has finite values and derivatives through the whole run."""
     for path, value, kinds in typed_in(mission.scenario):
-        if OfTime in kinds and value != ALONG:
+        if OfTime in kinds and value not in _names(kinds):
             yield from check_function(path, value, mission.scenario.duration)
         elif any(kind in FUNCTIONS for kind in kinds):
             for axis, component in enumerate(value):
@@ -114,6 +113,11 @@ def _alternatives(field: FieldInfo) -> Iterator[Any]:
         yield from _plain(field.annotation)
     elif field.annotation in FUNCTIONS:
         yield tuple[OfTime]  # with a length of their own, one by one
+
+
+def _names(kinds: Sequence[Any]) -> list[Any]:
+    """The names that stand for themselves among the values of some types."""
+    return [name for kind in kinds if get_origin(kind) is Literal for name in get_args(kind)]
 
 
 def _plain(kind: Any) -> Iterator[Any]:

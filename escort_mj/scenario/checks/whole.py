@@ -12,10 +12,9 @@ from escort_mj.scenario.checks.disturbances import check_disturbances
 from escort_mj.scenario.checks.expectations import check_bounds, check_sides, check_told, check_windows
 from escort_mj.scenario.checks.failures import check_failures
 from escort_mj.scenario.checks.fitting import check_fits
-from escort_mj.scenario.checks.goals import check_formations, check_goals, check_one_way, check_target
+from escort_mj.scenario.checks.goals import check_goals, check_one_way, check_target
 from escort_mj.scenario.checks.knowledge import (
     check_communication,
-    check_heard,
     check_known,
     check_target_sight,
 )
@@ -26,7 +25,7 @@ from escort_mj.scenario.checks.mission import (
     check_trigger,
     check_video,
 )
-from escort_mj.scenario.checks.motion import check_motion
+from escort_mj.scenario.checks.motion import check_motion, check_order
 from escort_mj.scenario.checks.obstacles import (
     check_clutter,
     check_environment,
@@ -49,7 +48,6 @@ from escort_mj.scenario.checks.sensing import (
     check_delays,
     check_headings,
     check_lidar,
-    check_sight,
 )
 from escort_mj.scenario.checks.space import check_around, check_body, check_clearance, check_gravity
 from escort_mj.scenario.checks.teams import (
@@ -121,8 +119,8 @@ SHAPES: tuple[tuple[Check, tuple[str, ...]], ...] = (
     (check_around, ("robots", "mission", "teams")),
     (check_kinds, ("axes", "robots")),
     (check_motion, ("target", "obstacles")),
+    (check_order, ("target", "obstacles", "teams", "mission")),
     (check_disturbances, ("axes", "duration", "uncertainty")),
-    (check_formations, ("axes", "target", "robots", "mission")),
     (check_obstacles, ("axes", "physics", "obstacles")),
     (check_walls, ("axes", "walls")),
     (check_environment, ("axes", "environment")),
@@ -167,10 +165,8 @@ RELATIONS: tuple[tuple[Check, tuple[str, ...]], ...] = (
     (check_spans, ("axes", "seed", "target", "robots", "mission", *AROUND)),
     (check_weights, ("axes", "physics", "robots")),
     (check_delays, ("axes", "duration", "physics", "robots", "sensing")),
-    (check_sight, ("mission", "robots", "sensing")),
     (check_lidar, ("axes", "mission", "physics", "robots", "sensing")),
     (check_known, ("knowledge", "communication", "mission", "target", "teams", "robots")),
-    (check_heard, ("mission", "communication", "robots")),
     (check_target_sight, ("knowledge", "robots", "teams", "physics", "axes")),
     (check_communication, ("communication", "robots", "physics", "axes")),
     (check_failures, ("axes", "duration", "robots", "mission")),
