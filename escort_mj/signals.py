@@ -49,7 +49,7 @@ TIME = 0  # the column of a sample that holds its time
 TRUTH, LYAPUNOV, DRIVES, GOALS = "truth", "lyapunov", "drives", "goals"
 KNOWLEDGE, RADIO, LIDAR, OPPONENTS, TEAMS = "knowledge", "radio", "lidar", "opponents", "teams"
 MOVERS, SEVERAL, RADII, WATCHES = "movers", "several", "radii", "watches"
-MEMORIES, READINGS, POLICIES = "memories", "readings", "policies"
+MEMORIES, READINGS, POLICIES, WAITING = "memories", "readings", "policies", "waiting"
 DIMS: dict[Extent, tuple[str, ...]] = {
     (1,): (),
     ("n",): ("robot",),
@@ -63,6 +63,7 @@ DIMS: dict[Extent, tuple[str, ...]] = {
     ("returned",): ("robot",),
     ("slots",): ("slot",),
     ("rays",): ("ray",),
+    ("waiting",): ("formation",),
     ("opponents",): ("opponent",),
     ("guarding",): ("robot",),
     ("members",): ("robot",),
@@ -91,6 +92,7 @@ CHANNELS: dict[Extent, str] = {
     ("estimating",): KNOWLEDGE,
     ("hearing",): RADIO,
     ("returned",): LIDAR,
+    ("waiting",): WAITING,
     ("opponents",): OPPONENTS,
     ("guarding",): OPPONENTS,
     ("members",): TEAMS,

@@ -13,12 +13,13 @@ from escort_mj.behaviors.goal import Headed, toward_goal
 from escort_mj.behaviors.robots import Robots
 from escort_mj.behaviors.task import Task
 from escort_mj.components.facts import Facts, Misfit, one_each
-from escort_mj.components.parameters import OfTime, Vector
+from escort_mj.components.parameters import Distance, OfTime, Vector
 from escort_mj.components.setup import MissionSetup
 from escort_mj.components.waypoint import Waypoint
 from escort_mj.native.fields import Array, Fields, Value
 from escort_mj.native.on_demand import on_demand, on_demand_unrolled
 from escort_mj.native.vectors import (
+    norm,
     numbers_at,
     numbers_from,
     quarter_turn,
@@ -44,6 +45,10 @@ class FormationParameters(Fields):
     formation_phase: Annotated[Array, "formations", Value("1", "phase that the behavior is of")]
     formation_along: Annotated[Array, "formations", Value("1", "1 where the frame heads along its way")]
     formation_follows: Annotated[Array, "formations", Value("1", "1 where the frame is the target's")]
+    formation_reach: Annotated[
+        Array, "formations", Value("m", "distance from its place up to which it is kept")
+    ]
+    formation_patience: Annotated[Array, "waiting", Value("m", "distance at which the frame waits; 0: never")]
 
     @classmethod
     def packed(cls, setup: MissionSetup) -> dict[str, Any]:
@@ -54,6 +59,8 @@ class FormationParameters(Fields):
             "formation_phase": [phase for phase, _ in setup.numbered(Formation)],
             "formation_along": [frame.along for frame in frames],
             "formation_follows": [frame.follows for frame in frames],
+            "formation_reach": [formation.reach for _, formation in setup.numbered(Formation)],
+            "formation_patience": [formation.waits or 0.0 for formation in waiting(setup)],
         }
 
 
@@ -67,7 +74,7 @@ class Formation(Headed):
     """Keep each robot at its offset in a frame that moves, turns and scales."""
 
     python_only: ClassVar[frozenset[str]] = frozenset(
-        {"offsets", "position", "waypoints", "interpolation", "heading", "scale", "reach"}
+        {"offsets", "position", "waypoints", "interpolation", "heading", "scale", "waits", "reach"}
     )
 
     behavior: Literal["formation"] = "formation"
@@ -84,6 +91,9 @@ class Formation(Headed):
     for the direction in which the frame moves."""
     scale: OfTime = 1.0
     """Factor by which the offsets are multiplied [1]: a number, or an expression in t."""
+    waits: Distance | None = None
+    """Distance from its place at which a robot makes the frame stand still until it comes nearer [m]: from
+    `reach` on, the frame slows down in proportion; null: the frame does not wait."""
 
     def misfits(self, mission: Facts) -> Iterator[Misfit]:
         """Yield two ways or none by which the frame would move, and offsets that are not the robots'."""
@@ -91,8 +101,17 @@ class Formation(Headed):
             yield Misfit("found both position and waypoints; give one of them")
         if len(self.offsets) != mission.robots:
             yield one_each(len(self.offsets), mission.robots, "offsets")
+        if self.waits is not None and self.waits <= self.reach:
+            yield Misfit(f"found {self.waits:g} m; expected more than reach, {self.reach:g} m", "waits")
+        if self.waits is not None and mission.known_by:
+            words = (
+                "waits for robots whose places are known to all; each robot knows only what it sees and hears"
+            )
+            yield Misfit(words, "waits", ((mission.known_by,),))
         if not self.follows:
             return
+        if self.waits is not None:
+            yield Misfit("goes with the target, which does not wait: give position or waypoints", "waits")
         if mission.teams:
             yield Misfit("follows one target; with teams, give position", "", (("teams",),))
         elif not mission.target:
@@ -112,6 +131,12 @@ class Formation(Headed):
         return self.position is None and self.waypoints is None
 
 
+def waiting(setup: MissionSetup) -> list[Formation]:
+    """Return all formations of a mission where one of them waits for its robots; none where none does."""
+    formations = [formation for _, formation in setup.numbered(Formation)]
+    return formations if any(formation.waits is not None for formation in formations) else []
+
+
 @on_demand_unrolled
 def place_formations(plan: Plan, state: State) -> None:
     """Writes where each robot of a formation is to be, and how fast that moves: `goal`, `goal_velocity`.
@@ -127,6 +152,7 @@ def place_formations(plan: Plan, state: State) -> None:
         place, velocity, turn = numbers_from(state, values, row), numbers_from(state, rates, row), row + p
         cosine, sine, scale = values[turn], values[turn + 1], values[turn + 2]
         turning, rising, growing = rates[turn], rates[turn + 1], rates[turn + 2]
+        pace = 1.0 if plan.formation_patience.shape[0] == 0 else _wait(b, plan, state)
         first = b == 0 and state.evaluated[0] == 0.0 and plan.goal_phase.shape[0] == 0
         for i in range(n):
             if state.phase[i] != plan.formation_phase[b] and not first:  # first: where it goes once it may
@@ -137,14 +163,33 @@ def place_formations(plan: Plan, state: State) -> None:
             turned = offset - level + cosine * level + sine * side
             set_numbers_at(state.goal, i, place + scale * turned)
             motion = velocity + growing * turned + scale * (turning * level + rising * side)
-            set_numbers_at(state.goal_velocity, i, motion)
+            set_numbers_at(state.goal_velocity, i, pace * motion)
             state.goals_left[i] = 0.0
+
+
+@on_demand
+def _wait(b: int, plan: Plan, state: State) -> float:
+    """Return the share of its speed at which a frame goes on; its lag grows by what that falls short."""
+    patience, reach, worst = plan.formation_patience[b], plan.formation_reach[b], 0.0
+    if patience == 0.0:
+        return 1.0
+    for i in range(state.q.shape[0]):
+        if state.phase[i] == plan.formation_phase[b] and state.lost[i] == 0.0:
+            away = numbers_at(state, state.goal, i) - numbers_at(state, state.q_measured, i)
+            worst = max(worst, norm(away))
+    pace = min(max((patience - worst) / (patience - reach), 0.0), 1.0)
+    if state.evaluated[0] == 0.0:  # no robot has been told of its place yet
+        pace = 0.0
+    state.formation_lag[b] += (1.0 - pace) * plan.timestep
+    return pace
 
 
 @on_demand
 def _find_frame(b: int, row: int, plan: Plan, state: State) -> None:
     """Writes position, cosine, sine and scale of a frame, and their rates."""
     p, time = state.q.shape[1], state.time[0]
+    if plan.formation_patience.shape[0] > 0:
+        time -= state.formation_lag[b]
     values, rates = state.formation_frame[0], state.formation_frame[1]
     along, old_cosine, old_sine = plan.formation_along[b] != 0.0, values[row + p], values[row + p + 1]
     for k in range(p + TURNED):

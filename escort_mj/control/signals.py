@@ -22,6 +22,9 @@ class GoalSignals(Fields):
 
     goal: Annotated[Array, "headed", "p", Recorded("m", "point that the robot goes to")]
     goals_left: Annotated[Array, "headed", Recorded("1", "number of waypoints after `goal`", "int32")]
+    formation_lag: Annotated[
+        Array, "waiting", Recorded("s", "time by which a formation is behind, as it waited for its robots")
+    ]
 
 
 class SupervisorSignals(Fields):

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.behaviors import LearnedBehavior
+from escort_mj.behaviors.formation import waiting
 from escort_mj.components.movers import kept_by
 from escort_mj.control.setup import Setup
 from escort_mj.sensing.sensors import readings_of
@@ -61,6 +62,7 @@ def signal_dimensions(setup: Setup, sampling: Sampling) -> dict[str, int]:
         "judged": n * (sampling.truth and setup.has_lyapunov),
         "driven": n * setup.driven,
         "headed": n * setup.headed,
+        "waiting": len(waiting(setup)),
         "learning": n * bool(setup.numbered(LearnedBehavior)),
         "estimating": n * setup.estimating,
         "hearing": n * bool(slots),

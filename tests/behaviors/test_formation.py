@@ -40,6 +40,41 @@ def test_kernel_and_numpy_agree(axes: int, along: bool, follows: bool) -> None:
     compare(replace(setup, behaviors=(ONE,), formations=frames[:1], goals=(points,), phases=(behind,)), q, v)
 
 
+@pytest.mark.parametrize("axes", [2, 3])
+def test_frames_that_wait_agree(axes: int) -> None:
+    setup, q, v = mission(axes, seed=43)
+    slow = Formation(offsets=((0.0, 0.0),), gain=0.7, reach=0.3, waits=4.0)
+    frames = (frame(axes, True, False), frame(axes, False, False, seed=1))
+    later = Phase(behaviors=(AVOID, Formation(offsets=((0.0, 0.0),), gain=2.0)), after=0.003)
+    compare(replace(setup, behaviors=(AVOID, slow), formations=frames, phases=(later,)), q, v)
+
+
+@pytest.mark.parametrize("failing", [False, True])
+def test_a_frame_waits_for_robots_that_are_too_slow_but_not_for_failed_ones(failing: bool) -> None:
+    """At half of the frame's speed, the pace is a half, and so is the place between `reach` and `waits`."""
+    keys = {
+        "target": None,
+        "duration": 20.0,
+        "robots": {"positions": [[0.0, 0.0], [0.0, 2.0], [0.0, 4.0]]},
+        "controller": {"law": "apd_smc", "gains": "auto"},
+        "mission": {
+            "max_speed": 0.5,
+            "behaviors": [{
+                "behavior": "formation", "offsets": [[0.0, 0.0], [0.0, 2.0], [0.0, 4.0]],
+                "position": ["t", "0"], "reach": 0.1, "waits": 0.9,
+            }]
+        },
+    }  # fmt: skip
+    if failing:
+        keys["robots"] = {**keys["robots"], "failures": [{"robot": 3, "after": 0.1}]}
+    trace = api.run(keys).trace.sel(time=slice(8, 20))
+    away = np.linalg.norm((trace["goal"] - trace["q"]).values, axis=2)
+    lag = trace["formation_lag"].values[:, 0]
+    np.testing.assert_allclose(away[:, :2], 0.5, atol=0.02)
+    np.testing.assert_allclose(np.diff(lag), 0.5 * np.diff(trace["time"]), rtol=0.03)
+    assert (away[-1, 2] > 5.0) == failing
+
+
 def test_robots_follow_a_frame_that_turns_along_its_way_and_grows() -> None:
     """On a circle of 5 m at 1 m/s, heading along it: the places are known in closed form."""
     offsets = np.array([[0.0, 0.0], [-1.0, 1.0], [-1.0, -1.0]])
@@ -77,6 +112,8 @@ def test_robots_follow_a_frame_that_turns_along_its_way_and_grows() -> None:
         ({"position": ["t", "x"]}, r"position\[1\]"),
         ({"heading": "aling"}, "heading"),
         ({"scale": "2 +"}, "scale"),
+        ({"waits": 0.1}, "waits: found 0.1 m; expected more than reach, 0.1 m"),
+        ({"waits": 1, "position": None}, "goes with the target, which does not wait"),
         ({"position": None}, "goes with the target; this mission has none: give position"),
         ({"waypoints": [{"time": 0, "position": [0, 0]}]}, "found both position and waypoints"),
         ({"position": None, "waypoints": [{"time": 1, "position": [0, 0]}, {"time": 1, "position": [0, 1]}]},

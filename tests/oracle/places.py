@@ -10,6 +10,7 @@ from escort_mj.behaviors.goal import Goal
 from escort_mj.control.setup import Setup
 
 Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
 
 
 class Places:
@@ -18,16 +19,35 @@ class Places:
     def __init__(self, setup: Setup) -> None:
         self._setup = setup
         self._phases = [phase for phase, _ in setup.numbered(Formation)]
-        self._begun = False
+        self._begun, self._lag = False, np.zeros(len(self._phases))
         self._way = [np.array([1.0, 0.0]) for _ in self._phases]
 
+    def pace(self, b: int, q: Array, phase: NDArray[np.int64], lost: Mask, goals: GoalsReached) -> float:
+        """Share of its speed at which frame b goes on: 1 while all are within reach."""
+        formation = self._setup.numbered(Formation)[b][1]
+        if formation.waits is None:
+            return 1.0
+        if not self._begun:
+            return 0.0
+        away = np.linalg.norm(goals.point - q, axis=1)[(phase == self._phases[b]) & ~lost]
+        return float(np.interp(away.max(initial=0.0), (formation.reach, formation.waits), (1.0, 0.0)))
+
     def place(
-        self, t: float, target: Array, velocity: Array, phase: NDArray[np.int64], goals: GoalsReached
+        self,
+        t: float,
+        q: Array,
+        lost: Mask,
+        target: Array,
+        velocity: Array,
+        phase: NDArray[np.int64],
+        goals: GoalsReached,
     ) -> None:
         """Writes the goals of the robots in formations.
 
         Args:
             t: Time [s].
+            q: Measured positions of the robots, shape (n, p) [m].
+            lost: Robots that have failed, shape (n,).
             target: Measured position of the target, shape (p,) [m].
             velocity: Measured velocity of the target, shape (p,) [m/s].
             phase: That rules each robot, shape (n,).
@@ -35,7 +55,8 @@ class Places:
         """
         setup, p = self._setup, self._setup.axes
         for b, (number, frame) in enumerate(zip(self._phases, setup.formations, strict=True)):
-            value, rate = frame.function.position(t), frame.function.velocity(t)
+            pace, then = self.pace(b, q, phase, lost, goals), t - self._lag[b]
+            value, rate = frame.function.position(then), frame.function.velocity(then)
             center, drift, scale, growing = value[:p], rate[:p], value[p + 2], rate[p + 2]
             way, turning = value[p : p + 2], rate[p : p + 2]
             heading = drift[:2]
@@ -45,7 +66,7 @@ class Places:
                 way, turning = self._way[b], np.zeros(2)
                 if np.linalg.norm(heading) > SLOWEST:
                     way = self._way[b] = heading / np.linalg.norm(heading)
-                    later = frame.function.velocity(t + setup.timestep)[:2]
+                    later = frame.function.velocity(then + setup.timestep)[:2]
                     if not frame.follows and np.linalg.norm(later) > SLOWEST:
                         turning = (later / np.linalg.norm(later) - way) / setup.timestep
             turn, spin = np.eye(p), np.zeros((p, p))
@@ -54,7 +75,8 @@ class Places:
             mine = (phase == number) | (b == 0 and not self._begun and not setup.goals)
             goals.point[mine] = (center + scale * frame.offsets @ turn.T)[mine]
             moves = drift + growing * frame.offsets @ turn.T + scale * frame.offsets @ spin.T
-            goals.velocity[mine], goals.left[mine] = moves[mine], 0
+            goals.velocity[mine], goals.left[mine] = pace * moves[mine], 0
+            self._lag[b] += (1.0 - pace) * setup.timestep
         self._begun = True
 
 

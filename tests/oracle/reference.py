@@ -193,7 +193,7 @@ class ReferenceController:
         held = self._v_d - c_dot * setup.target_feedforward
         if moved:
             self._goals.choose(q_m, phase)
-            self._places.place(t, target, target_velocity, phase, self._goals)
+            self._places.place(t, q_m, lost, target, target_velocity, phase, self._goals)
         fresh = self._holder.fires(t, q_m, c, held, phase, self._avoiding, self._supervisor, lost, heard)
         if moved and fresh.any() and setup.figure is not None:
             if self._minds is not None:
