@@ -428,6 +428,7 @@ class State(Fields):
     limit_rate: Array  # (limited) [1/s]
     limit_velocity: Array  # (limited, p) [m/s]
     limit_active: Array  # (limited) [1]
+    residual: Array  # (corrected, p) [m/s]
     neighbors: Array  # (crowd, 32) [1]
     neighbors_places: Array  # (crowd, p) [m]
     neighbors_note: Array  # (16) [m or 1]

@@ -203,7 +203,7 @@ def start(
     overrides: Overrides = (),
     plugins: Sequence[str] = (),
     *,
-    command: Literal["velocity", "force"] | None = None,
+    command: Literal["velocity", "residual", "force"] | None = None,
     **keys: Any,
 ) -> LiveMission:
     """Start a mission that is stepped from Python, under the control of its law.
@@ -212,8 +212,9 @@ def start(
         scenario: A scenario, or any source that `load_scenario` accepts.
         overrides: A mapping of key paths to values, or texts `key.path=value`, to set there.
         plugins: Additional plugins: Python files or names of installed plugins.
-        command: What robots are commanded by `LiveMission.command`, instead of what the scenario's behaviors
-            lead to: reference velocities, which the law follows, or forces of motors. None for nothing.
+        command: What robots are commanded by `LiveMission.command`: reference velocities, which the law
+            follows, or forces of motors, instead of what the scenario's behaviors lead to, or a `residual`,
+            velocities that are added to it. None for nothing.
         keys: Further keys of the scenario with their values, such as `duration=10, seed=3`.
 
     Returns:

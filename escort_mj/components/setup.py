@@ -12,11 +12,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.components.parameters import Parameters
+from escort_mj.errors import UsageError
 from escort_mj.numerics.formation import Arrangement
 from escort_mj.numerics.reform import Reforming
 from escort_mj.numerics.thomson import Figure, least_energy
 
 Array = NDArray[np.float64]
+Outside = Literal["velocity", "residual", "force"]
+COMMANDED: dict[Outside, tuple[str, str]] = {
+    "velocity": ("v_d", "m/s"), "residual": ("residual", "m/s"), "force": ("tau", "N")
+}  # fmt: skip
+"""What robots may be commanded from outside: the array of the state that has it, and its unit."""
 B = TypeVar("B", bound=Parameters)
 
 WAY_SAMPLES = 200  # of the way of a formation
@@ -136,8 +142,9 @@ class MissionSetup:
         shaped: Whether some obstacle is no sphere: robots then see the nearest points.
         expected_distances: Distances to obstacles that expectations put bounds on [m].
         shapes: Obstacles as lines meet them; empty where none has to, or all are spheres.
-        outside: What is written from outside, between steps, instead of computed: the reference velocities of
-            the outer loop, or the forces of both loops; None for nothing.
+        outside: What is written from outside, between steps: the reference velocities, instead of those of
+            the outer loop; velocities added to what the behaviors lead to; or forces, instead of those of
+            both loops; None for nothing.
         opponents_outside: Whether the velocities that opponents want are written from outside, too.
         driven: Whether some robot has a drive of its own.
         mass: Nominal masses, shape (n,) [kg].
@@ -181,7 +188,7 @@ class MissionSetup:
     shaped: bool = False
     shapes: tuple[Shape, ...] = ()
     expected_distances: tuple[float, ...] = ()
-    outside: Literal["velocity", "force"] | None = None
+    outside: Outside | None = None
     opponents_outside: bool = False
     driven: bool = False
     mass: Array | float = 1.0
@@ -198,6 +205,22 @@ class MissionSetup:
     def estimating(self) -> bool:
         """Whether each robot has an estimate of the target of its own."""
         return self.sight is not None
+
+    @property
+    def led(self) -> bool:
+        """Whether behaviors lead the robots."""
+        return self.outside in (None, "residual")
+
+    def commanded(self, outside: Outside | None, opponents: bool = False) -> Self:
+        """Return it with robots, and opponents, that are commanded from outside.
+
+        Raises:
+            UsageError: If velocities are to be added, and the outer loop has none to which that would be.
+        """
+        if outside == "residual" and not self.outer.composes:
+            words = f"the outer loop {self.outer.loop} does not compose behaviors"
+            raise UsageError(f"command: found residual; {words}: expected velocity or force")
+        return replace(self, outside=outside, opponents_outside=opponents)
 
     @property
     def opponent_places(self) -> range:

@@ -84,7 +84,7 @@ class StackParameters(Fields):
             "level_avoids": [each is not None for each in avoidance],
             "level_avoidance": [each or NONE for each in avoidance],
             "level_limit_row": _limit_rows(setup),
-            "alike": not (setup.phases or setup.failures or setup.trigger or setup.outside),
+            "alike": not (setup.phases or setup.failures or setup.trigger or not setup.led),
         }
 
 

@@ -10,10 +10,11 @@ from escort_mj.components.dispatch import one_of
 from escort_mj.components.setup import MissionSetup
 from escort_mj.control.nsb import compose, ruled
 from escort_mj.control.outer_loops import OUTER_LOOPS, OuterLoop
-from escort_mj.native.fields import Fields, Value
+from escort_mj.native.fields import Array, Fields, Value
 from escort_mj.native.kernels import inlined, reachable
-from escort_mj.native.lanes import any_of, everywhere, load, store, where
+from escort_mj.native.lanes import any_of, everywhere, load, store
 from escort_mj.native.on_demand import on_demand_unrolled
+from escort_mj.native.vectors import rows_at, set_rows, where
 from escort_mj.plan import Plan, State
 
 
@@ -30,12 +31,18 @@ class OuterLoopParameters(Fields):
     def packed(cls, setup: MissionSetup) -> dict[str, Any]:
         """Return the values of the fields for a mission."""
         return {
-            "outer": OUTSIDE if setup.outside else number_of(setup.outer, OUTER_LOOPS),
+            "outer": number_of(setup.outer, OUTER_LOOPS) if setup.led else OUTSIDE,
             "outer_place": setup.outer,
             "outer_composes": setup.outer.composes,
             "outer_avoids": setup.outer.avoids,
             "outer_meets": setup.outer.meets,
         }
+
+
+class ResidualState(Fields):
+    """What is commanded from outside beside the behaviors."""
+
+    residual: Annotated[Array, "corrected", "p", Value("m/s", "added to what they lead to")]
 
 
 @inlined
@@ -54,10 +61,20 @@ def reference_velocities(i: int, plan: Plan, state: State, moved: bool) -> None:
         if plan.outer != OUTSIDE:
             if plan.outer_composes:
                 compose(i, phase, plan, state)
+                if state.residual.shape[0] > 0:
+                    _add_residual(i, phase, plan, state)
             _finish(plan.outer, i, phase, plan, state)
         if moved:
             runs = ruled(i, phase, plan, state) & (load(state.lost, i) < 0.5)
             store(state.outer_updates, i, load(state.outer_updates, i) + where(runs, 1.0, everywhere(0.0)))
+
+
+@inlined
+def _add_residual(i: int, phase: int, plan: Plan, state: State) -> None:
+    """Add what is commanded to the velocities of those robots that have just got theirs."""
+    mine = ruled(i, phase, plan, state) & (load(state.lost, i) < 0.5)
+    wanted = rows_at(state, state.v_d, i)
+    set_rows(state.v_d, i, where(mine, wanted + rows_at(state, state.residual, i), wanted))
 
 
 @inlined

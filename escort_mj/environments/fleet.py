@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from escort_mj import stopping
 from escort_mj.api import load_scenario
+from escort_mj.components.setup import COMMANDED
 from escort_mj.control.custom.native import any_failure
 from escort_mj.environments.draws import Sample, Values, check_fits, mission_of
 from escort_mj.environments.rivals import RivalReward, Rivals
@@ -309,7 +310,7 @@ class Fleet:
         plant = session.plant
         self.senses.enter(mission, plant, session.bound)
         self._taken[mission] = session.world.schedule.before(plant.steps)
-        self._given[mission] = plant.state.v_d if self._command == "velocity" else plant.state.tau
+        self._given[mission] = getattr(plant.state, COMMANDED[self._command][0])
         if self.rivals:
             self.rivals[mission] = Rivals(plant, self._rival_reward)
         self._ended[mission], self._warnings[mission] = plant.state.ended, plant.data.warning.number

@@ -7,11 +7,11 @@ memory, and writes them into arrays of all missions, from which learners get the
 from __future__ import annotations
 
 from dataclasses import asdict, dataclass
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
+from escort_mj.components.setup import Outside
 from escort_mj.control.setup import Setup
 from escort_mj.errors import UsageError
 from escort_mj.knowledge.observation import TEAMMATES, observed_speed, vectors_observed
@@ -23,7 +23,7 @@ from escort_mj.world.plant import Plant
 
 Array = NDArray[np.float64]
 Seen = NDArray[np.float32]
-Command = Literal["velocity", "force"]
+Command = Outside
 
 FASTEST = 100.0  # largest observed velocity, in largest commanded speeds
 SUSPICIOUS = 0.999  # of the distance to the target at which a mission ends

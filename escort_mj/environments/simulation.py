@@ -33,7 +33,8 @@ class Simulation:
 
     Attributes:
         fleet: It, as a fleet of one.
-        command: What is commanded: reference `velocity`, which the scenario's law follows, or motor `force`.
+        command: What is commanded: reference `velocity`, which the scenario's law follows, `residual`, a
+            velocity added to what the scenario's behaviors lead to, or motor `force`.
         count: Number of robots, n.
         axes: p.
         width: How many numbers a robot observes.

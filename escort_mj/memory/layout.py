@@ -40,7 +40,7 @@ from escort_mj.control.outer_loops.detour import DetourState
 from escort_mj.control.outer_loops.meeting import PaceState
 from escort_mj.control.supervisor import SupervisorParameters, SupervisorState
 from escort_mj.control.trigger import TriggerParameters, TriggerState
-from escort_mj.control.velocity import OuterLoopParameters
+from escort_mj.control.velocity import OuterLoopParameters, ResidualState
 from escort_mj.disturbances.disturbance import DisturbanceView
 from escort_mj.estimators.belief import EstimatorView
 from escort_mj.failures.failure import FailureView
@@ -147,6 +147,7 @@ class State(
     ReformingState,
     CustomState,
     LimitState,
+    ResidualState,
     NeighborState,
     ClearanceState,
     MotionState,
@@ -183,6 +184,7 @@ BY_ROBOT = (
         "resized",
         "remembering",
         "pushed",
+        "corrected",
         "blown",
         "blown_twice",
         "failing",

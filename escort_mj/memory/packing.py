@@ -66,6 +66,7 @@ def pack(setup: Setup, sampling: Sampling, signals: Sequence[str] = ()) -> Array
     sizes |= {
         "limited": limits * room_for(n),
         "remembering": n * bool(setup.memory),
+        "corrected": n * (setup.outside == "residual"),
         "pushed": n * bool(setup.disturbances),
         "blown": n * any(each.draws for each in setup.disturbances),
         "blown_twice": n * any(each.draws > 1 for each in setup.disturbances),

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from typing import Literal, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from escort_mj.components.setup import COMMANDED, Outside
 from escort_mj.errors import UsageError
 from escort_mj.mission import Flight, bound_of, conclude
 from escort_mj.record.outcome import Outcome
@@ -21,7 +22,6 @@ from escort_mj.world.plant import Plant
 from escort_mj.world.stages import IN_SPACE
 
 Array = NDArray[np.float64]
-Commanded = Literal["velocity", "force"]
 
 LONGEST = 1e9  # time that one call may ask for [s]
 
@@ -59,7 +59,7 @@ class Session:
     def __init__(
         self,
         scenario: Scenario,
-        commanded: Commanded | None = None,
+        commanded: Outside | None = None,
         opponents_commanded: bool = False,
         mark: NDArray[np.uint32] | None = None,
         judged: bool = True,
@@ -121,16 +121,16 @@ class Session:
         """Command robots from outside, until the next command.
 
         Args:
-            values: Reference velocities [m/s], which the scenario's law follows, or forces of motors [N],
-                shape (n, p).
+            values: Reference velocities, which the scenario's law follows, velocities that are added to those
+                of the behaviors [m/s], or forces of motors [N], shape (n, p).
 
         Raises:
             UsageError: If the mission is not commanded, or the values have another shape or are not finite.
         """
         if self.commanded is None:
             raise UsageError('command: found a mission that its behaviors lead; expected command="velocity"')
-        given = self.plant.state.v_d if self.commanded == "velocity" else self.plant.state.tau
-        unit = "m/s" if self.commanded == "velocity" else "N"
+        name, unit = COMMANDED[self.commanded]
+        given = getattr(self.plant.state, name)
         given[:] = numbers(values, "command", given.shape, f"one row per robot [{unit}]")
 
     def push(self, robot: int, force: ArrayLike, seconds: float | None = None) -> None:

@@ -10,10 +10,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from escort_mj import stopping
+from escort_mj.components.setup import Outside
 from escort_mj.errors import UsageError
 from escort_mj.metrics.watching import NAMES as WATCHED
 from escort_mj.mission import BLOCK, completed, take
-from escort_mj.mission.session import Commanded, Session
+from escort_mj.mission.session import Session
 from escort_mj.record.outcome import Outcome
 from escort_mj.scenario.arguments import Overrides, argument_error, checked, numbers
 from escort_mj.scenario.findings import did_you_mean
@@ -29,7 +30,7 @@ class SteppedMission(Session):
     """A mission under way, without `run`: see `LiveMission`, which `escort_mj.start` returns."""
 
     @checked
-    def __init__(self, scenario: Scenario, commanded: Commanded | None = None) -> None:
+    def __init__(self, scenario: Scenario, commanded: Outside | None = None) -> None:
         """Build the world and evaluate the law at the start, time 0.
 
         Args:

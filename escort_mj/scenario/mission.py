@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
-from typing import Literal, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from escort_mj.components.setup import FunctionOfTime
+from escort_mj.components.setup import FunctionOfTime, Outside
 from escort_mj.control.setup import Setup
 from escort_mj.expectations.expectation import watches_of
 from escort_mj.memory.sampling import Sampling, signal_dimensions
@@ -65,7 +65,7 @@ class Mission:
 
     scenario: Scenario
     start: Array | None = None
-    outside: Literal["velocity", "force"] | None = None
+    outside: Outside | None = None
     opponents_outside: bool = False
     seen: Seen | None = None
     judged: bool = True
@@ -119,7 +119,7 @@ class Mission:
     def loose_setup(self) -> Setup:
         """The same but for the formation, whose points may take seconds to find."""
         setup = controller_setup(self.scenario, self.team, self.obstacles, self.target)
-        setup = replace(setup, outside=self.outside, opponents_outside=self.opponents_outside)
+        setup = setup.commanded(self.outside, self.opponents_outside)
         if self.seen is None:
             return setup
         # what was logged has been measured, and pushed, by reality

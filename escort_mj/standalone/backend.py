@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from escort_mj.components.mission import MissionSignals
 from escort_mj.components.obstacles import ObstacleSignals
+from escort_mj.components.setup import COMMANDED, Outside
 from escort_mj.control import signals as control
 from escort_mj.control.custom import native
 from escort_mj.control.setup import Setup
@@ -89,9 +90,9 @@ class Backend:
         np.maximum(state.force, self._least, out=state.force)
         state.force_before[:] = state.force
 
-    def command(self, kind: str, values: Array) -> None:
-        """Write what a controller is commanded, shape (n, p): reference `velocity` [m/s], or `force` [N]."""
-        (self._state.v_d if kind == "velocity" else self._state.tau)[:] = values
+    def command(self, kind: Outside, values: Array) -> None:
+        """Write what a controller is commanded, shape (n, p), see `COMMANDED`."""
+        getattr(self._state, COMMANDED[kind][0])[:] = values
 
     def regroup(self, now: Knowledge, lost: Mask, returned: Mask) -> None:
         """Let the robots that are left close ranks, and take up the state of those that come back.

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from escort_mj.components.setup import Outside
 from escort_mj.errors import UsageError
 from escort_mj.standalone.backend import Backend
 from escort_mj.standalone.guard import Judgement
@@ -42,7 +43,7 @@ class Clock:
     def evaluate(
         self,
         now: Knowledge,
-        wish: tuple[str, NDArray[np.float64]] | None = None,
+        wish: tuple[Outside, NDArray[np.float64]] | None = None,
         judged: Judgement | None = None,
     ) -> None:
         """Evaluate the law for a time, and before that for the timesteps that have been missed.

@@ -11,6 +11,7 @@ from typing import Any, Literal, NoReturn
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from escort_mj.components.setup import COMMANDED, Outside
 from escort_mj.errors import EscortError, UsageError
 from escort_mj.scenario.arguments import (
     Overrides,
@@ -93,7 +94,7 @@ class Controller:
         simulate: bool = False,
         longest_gap: Positive = 0.1,
         limits: Limits | None = None,
-        command: Literal["velocity", "force"] | None = None,
+        command: Literal["velocity", "residual", "force"] | None = None,
     ) -> None:
         """Create the controller of a scenario.
 
@@ -109,8 +110,9 @@ class Controller:
             longest_gap: Longest time between two calls for which missed timesteps are made up for [s].
             limits: What measurements, calls and robots must stay within; None to watch nothing. Limits do not
                 go with `simulate`.
-            command: What each call is given as `commanded`, instead of what the scenario's behaviors lead to:
-                reference velocities, which the law follows, or forces. None for nothing.
+            command: What each call is given as `commanded`: reference velocities, which the law follows, or
+                forces, instead of what the scenario's behaviors lead to, or a `residual`, velocities that are
+                added to it. None for nothing.
 
         Raises:
             ScenarioError: With all faults of the scenario.
@@ -200,7 +202,7 @@ class Controller:
             setup = replace(setup, sight=None, radio=None)
         if self.limits is not None and self.limits.drops:
             setup = replace(setup, failures=who_may_be_lost(setup))
-        setup = replace(setup, outside=self._options["command"])
+        setup = setup.commanded(self._options["command"])
         self._surroundings = Surroundings(setup, self._mission.obstacles, paths, self.mass)
         self._backend = Backend(setup, interpret=self._options["backend"] == "interpreted")
         self._clock = Clock(self._backend, self.timestep, self._options["longest_gap"], self.count)
@@ -323,7 +325,7 @@ class Controller:
             )
         return force
 
-    def _wished(self, commanded: ArrayLike) -> tuple[str, Array]:
+    def _wished(self, commanded: ArrayLike) -> tuple[Outside, Array]:
         """Return what robots are commanded to do: its kind, and values of shape (n, p)."""
         kind = self._options["command"]
         if kind is None:
@@ -331,7 +333,7 @@ class Controller:
                 'commanded: found in a controller that its behaviors lead; expected command="velocity" or '
                 'command="force" where it is made'
             )
-        unit = "m/s" if kind == "velocity" else "N"
+        _, unit = COMMANDED[kind]
         return kind, numbers(commanded, "commanded", (self.count, self.axes), f"one row per robot [{unit}]")
 
     @property
