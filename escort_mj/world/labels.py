@@ -67,6 +67,7 @@ def labels_of(scenario: Scenario, world: World) -> dict[str, Any]:
         for name, mover, values in zip(movers, setup.movers, kept_by(setup), strict=True)
         for value, unit in values.items()
     }
+    tethers = scenario.robots.tethers
     (neighbors, spacing), lidar = setup.edges, setup.sensing.lidar
     edge_team = setup.members[neighbors[:, 0]]
     avoids = (behavior.avoidance(setup) for behavior in setup.behaviors)
@@ -119,6 +120,8 @@ def labels_of(scenario: Scenario, world: World) -> dict[str, Any]:
             "phases": ", ".join(
                 ["mission", *(phase.name or f"phase_{k}" for k, phase in enumerate(setup.phases, 1))]
             ),
+            "tethers": [end if end != "target" else 0 for each in tethers for end in each.between] or None,
+            "tether_length": [each.length for each in tethers] or None,
             "goal_reach": next(filter(None, (b.arrives_within for b in setup.all_behaviors)), 0.0),
             "safe_distance": avoid.safe_distance if avoid else 0.0,
             "safe_distance_measure": ("surface" if avoid.to_surface else "center") if avoid else "none",

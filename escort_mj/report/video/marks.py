@@ -242,6 +242,9 @@ class _Scene:
 
     def links(self) -> Iterator[Mark]:
         """Who hears whom, without a radio who is whose neighbor."""
+        for a, b in self.replay.tethers:
+            ends = np.vstack([self.moment.target, self.moment.robots])[[a, b]]
+            yield Mark("links", "line", f"tether {a} {b}", ends, palette.LIMIT, 0.9, width=2.5)
         heard = self.replay.communicates
         color, alpha = (palette.RADIO, 0.5) if heard else (palette.LIMIT, 0.35)
         for i, j in self.replay.linked(self.moment.sample):

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from escort_mj import palette
 from escort_mj.errors import RenderError
 from escort_mj.metrics.reading import escorts, lost
+from escort_mj.metrics.tethers import tethers
 from escort_mj.record.episodes import touched
 from escort_mj.record.recording import Recorded
 from escort_mj.record.team import kept_radius, rings
@@ -87,6 +88,7 @@ class Replay:
         kept: Distance that each robot keeps from the target, shape (T, n) [m].
         lost: Whether the team has lost a robot, shape (T, n).
         formations: From which sample on who is whose neighbor: pairs of robots from 0, shape (edges, 2).
+        tethers: Between which bodies tethers are: robots from 1, 0 for the target, shape (tethers, 2).
         estimates: Where each robot believes the target to be, shape (T, n, 3) [m]; (T, 0, 3) where all know.
         seen: Whether a robot sees the target, shape (T, n); (T, 0) where all know where it is.
         heard: Whom each robot hears, numbered from 1, 0 for none, shape (T, n, slots); no slots without a
@@ -124,6 +126,7 @@ class Replay:
     kept: Array
     lost: Flags
     formations: list[tuple[int, NDArray[np.int64]]]
+    tethers: NDArray[np.int64]
     estimates: Array
     seen: Flags
     heard: NDArray[np.int16]
@@ -300,6 +303,7 @@ def replay_of(trace: Recorded) -> Replay:
         kept=kept_radius(trace),
         lost=lost(trace),
         formations=links(trace),
+        tethers=tethers(trace),
         estimates=in_space("target_estimate") if estimating else robots[:, :0],
         seen=(trace["target_seen"].values if estimating else lost(trace)[:, :0]) > 0,
         heard=trace["heard_from"].values

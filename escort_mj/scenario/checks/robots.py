@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
+import numpy as np
+
 from escort_mj.robots import RobotKind
 from escort_mj.robots.kind import can_meet
 from escort_mj.scenario.checks.mission import laws_of
@@ -14,6 +16,8 @@ from escort_mj.scenario.geometry.shapes import extent
 from escort_mj.scenario.mission import Mission
 from escort_mj.scenario.schema.robots import Actuators
 from escort_mj.scenario.schema.scenario import Scenario
+
+IN_SPACE = 3  # axes
 
 
 def check_team(mission: Mission) -> Iterator[Finding]:
@@ -41,6 +45,38 @@ def check_team(mission: Mission) -> Iterator[Finding]:
                 path, f"found robot {override.robot} again; overrides[{first[override.robot]}] has it"
             )
         first.setdefault(override.robot, index)
+
+
+def check_tethers(mission: Mission) -> Iterator[Finding]:
+    """Tethers are between two bodies that exist."""
+    scenario, count = mission.scenario, mission.count
+    for index, tether in enumerate(scenario.robots.tethers):
+        path: Path = ("robots", "tethers", index)
+        robots = [end for end in tether.between if end != "target"]
+        if scenario.axes > IN_SPACE:
+            yield Finding(path, f"found in {scenario.axes} axes; tethers are MuJoCo's, in 2 or 3")
+        if len(set(tether.between)) < len(tether.between):
+            yield Finding((*path, "between"), f"found {tether.between[0]} twice; expected two bodies")
+        elif wrong := [robot for robot in robots if robot > count]:
+            yield Finding((*path, "between"), f"found robot {wrong[0]}; expected 1 to {count}")
+        elif "target" in tether.between and scenario.target is None:
+            words = "found target; this mission has none"
+            yield Finding((*path, "between"), words, related=(("target",), ("teams",)))
+
+
+def check_taut(mission: Mission) -> Iterator[Finding]:
+    """Tethers that do not stretch are long enough at the start."""
+    places = {robot: place for robot, place in enumerate(mission.team.position, 1)}
+    for index, tether in enumerate(mission.scenario.robots.tethers):
+        if tether.stiffness is not None:
+            continue
+        one, other = (
+            mission.target.position(0.0) if end == "target" else places[end] for end in tether.between
+        )
+        apart = float(np.linalg.norm(one - other))
+        if apart > tether.length * (1.0 + 1e-9) or (tether.pushes and apart < tether.length * (1.0 - 1e-9)):
+            words = f"found {tether.length:g} m; the two start {apart:.4g} m apart, and it does not stretch"
+            yield Finding(("robots", "tethers", index, "length"), words, related=(("robots", "positions"),))
 
 
 def check_kinds(mission: Mission) -> Iterator[Finding]:

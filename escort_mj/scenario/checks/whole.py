@@ -41,7 +41,9 @@ from escort_mj.scenario.checks.robots import (
     check_models,
     check_motors,
     check_spans,
+    check_taut,
     check_team,
+    check_tethers,
     check_weights,
 )
 from escort_mj.scenario.checks.sensing import (
@@ -117,6 +119,7 @@ SHAPES: tuple[tuple[Check, tuple[str, ...]], ...] = (
     (check_headings, ("robots", "sensing")),
     (check_team, ("axes", "robots")),
     (check_around, ("robots", "mission", "teams")),
+    (check_tethers, ("axes", "robots", "target")),
     (check_kinds, ("axes", "robots")),
     (check_motion, ("target", "obstacles")),
     (check_order, ("target", "obstacles", "teams", "mission")),
@@ -160,6 +163,7 @@ RELATIONS: tuple[tuple[Check, tuple[str, ...]], ...] = (
     (check_radii, ("axes", "duration", "target", "robots", "mission")),
     (check_doors, ("axes", "duration", "target", "robots", *AROUND)),
     (check_motors, ("axes", "robots")),
+    (check_taut, ("axes", "seed", "target", "robots", *AROUND)),
     (check_models, ("robots", "recording", "controller", "teams")),
     (check_heights, ("axes", "physics", "robots")),
     (check_spans, ("axes", "seed", "target", "robots", "mission", *AROUND)),

@@ -1,10 +1,10 @@
 """The team's part of a scenario: how many robots, of what kind, with what motors, where, and what fails."""
 
-from typing import Annotated
+from typing import Annotated, Literal
 
 from pydantic import Field, NonNegativeFloat, PositiveInt
 
-from escort_mj.components.parameters import Force, Mass, Parameters, Radius, Vector
+from escort_mj.components.parameters import Distance, Force, Mass, Parameters, Radius, Vector
 from escort_mj.components.random_placement import RandomPlacement
 from escort_mj.robots import KINDS, PointMass
 from escort_mj.robots.kind import plane_height
@@ -12,6 +12,7 @@ from escort_mj.scenario.findings import listed
 from escort_mj.scenario.schema.fields import Failure, RobotKind
 
 MAX_ROBOTS = 5000
+RobotNumber = Annotated[int, Field(ge=1, le=MAX_ROBOTS)]
 Share = Annotated[float, Field(ge=0, lt=1)]
 Gain = Annotated[float, Field(gt=0, le=10)]
 KIND_NAMES = [f"`{kind.own_name()}`" for kind in KINDS]
@@ -50,6 +51,21 @@ class RobotOverride(Parameters):
     """Initial position [m]."""
 
 
+class Tether(Parameters):
+    """An elastic line between the centers of two bodies: a cable, or a spring."""
+
+    between: tuple[RobotNumber | Literal["target"], RobotNumber | Literal["target"]]
+    """The two bodies: numbers of robots, from 1, or `target`."""
+    length: Distance
+    """Distance at which it is taut, but not yet stretched [m]."""
+    stiffness: Annotated[float, Field(gt=0.0, le=1e6)] | None = 100.0
+    """Force per length by which it is stretched [N/m]; null: MuJoCo's constraint keeps it from stretching."""
+    damping: Annotated[float, Field(ge=0.0, le=1e6)] = 0.0
+    """Force per rate at which its length changes [N s/m], slack or not."""
+    pushes: bool = False
+    """Whether it is a spring, which also pushes when shorter; a cable is slack then."""
+
+
 class Robots(Parameters):
     """The team of robots."""
 
@@ -79,6 +95,8 @@ class Robots(Parameters):
     """Values of single robots, in place of the team's."""
     failures: tuple[Failure, ...] = ()
     """Robots whose motors fail during the mission."""
+    tethers: Annotated[tuple[Tether, ...], Field(max_length=MAX_ROBOTS)] = ()
+    """Cables and springs between robots, and from robots to the target."""
 
     @property
     def height(self) -> float:

@@ -33,7 +33,7 @@ from escort_mj.world.model.compiling import add_numbers, compile_addressed
 from escort_mj.world.model.parts import new_root
 from escort_mj.world.model.robot.placing import add_assets, add_media, models_of, own_geoms
 from escort_mj.world.model.robots import add_robots
-from escort_mj.world.model.surroundings import add_obstacles, add_target, set_floor, set_medium
+from escort_mj.world.model.surroundings import add_obstacles, add_target, add_tethers, set_floor, set_medium
 from escort_mj.world.model.touching import Solids, check_pairs, solids_of
 from escort_mj.world.stages import IN_SPACE, Stage, corners, stages_of
 
@@ -165,6 +165,7 @@ def _add_bodies(tree: Element, mission: Mission, stages: list[Stage]) -> None:
     add_robots(tree, robots, gravity_of(scenario), stages, radius, teams or palette.robot_colors(count))
     add_obstacles(tree, mission.obstacles, stages, count, radius)
     add_target(tree, scenario, setup.target.position(0.0), stages, count)
+    add_tethers(tree, scenario.robots.tethers)
 
 
 def _add_cameras(tree: Element, mission: Mission, stages: list[Stage]) -> None:

@@ -14,12 +14,15 @@ from escort_mj.policies import Policy
 from escort_mj.scenario.geometry.obstacle_body import Body
 from escort_mj.scenario.schema.environment import Environment
 from escort_mj.scenario.schema.obstacle_tables import Drive
+from escort_mj.scenario.schema.robots import Tether
 from escort_mj.scenario.schema.scenario import Scenario
 from escort_mj.world.model.parts import load_part
 from escort_mj.world.stages import THIN, Stage
 
 Array = NDArray[np.float64]
 
+TETHER = 0.015  # radius to draw [m]
+HIDDEN = 5  # group of what is not drawn
 AXIS = {"x": [1.0, 0.0, 0.0], "y": [0.0, 1.0, 0.0], "z": [0.0, 0.0, 1.0]}
 
 
@@ -142,3 +145,21 @@ def set_medium(tree: Element, environment: Environment, own: Collection[Element]
         for geom in body.findall("geom"):
             if geom not in own:
                 geom.set("fluidshape", "ellipsoid")
+
+
+def add_tethers(tree: Element, tethers: Sequence[Tether]) -> None:
+    """Tendons between the centers of bodies: cables pull where they are stretched, springs push as well."""
+    world = section(tree, "worldbody")
+    for number, tether in enumerate(tethers, 1):
+        tendon = SubElement(section(tree, "tendon"), "spatial", name=f"tether_{number}")
+        set_attributes(tendon, width=TETHER, rgba=[*palette.OBSTACLE, 1.0], damping=tether.damping)
+        rest = [tether.length] * 2 if tether.pushes else [0.0, tether.length]
+        if tether.stiffness is None:
+            set_attributes(tendon, limited="true", range=rest)
+        else:
+            set_attributes(tendon, springlength=rest, stiffness=tether.stiffness)
+        for end in tether.between:
+            body = child_named(world, "body", end if end == "target" else f"robot_{end}")
+            site = SubElement(body, "site", name=f"tether_{number}_{body.get('name')}")
+            set_attributes(site, size=TETHER, group=HIDDEN)
+            SubElement(tendon, "site", site=site.attrib["name"])

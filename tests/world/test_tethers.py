@@ -1,0 +1,115 @@
+"""Tethers: springs and cables between bodies, against closed forms; what is wrong with them."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import escort_mj
+from escort_mj.errors import ScenarioError
+from escort_mj.scenario.reader.load import scenario_of
+
+MASSES = (1.0, 3.0)
+
+
+def pulled(
+    seconds: float, apart: float = 2.0, ends: tuple[Any, Any] = (1, 2), **tether: Any
+) -> escort_mj.Run:
+    """Two robots at rest without any force but that of a tether."""
+    scenario = escort_mj.Scenario(
+        duration=seconds,
+        target=None,
+        recording={"rate": 500},
+        robots={
+            "positions": [[0.0, 0.0], [2.0, 0.0]],
+            "overrides": [{"robot": i, "mass": mass} for i, mass in enumerate(MASSES, 1)],
+            "tethers": [{"between": [1, 2], **tether}],
+        },
+        mission={"behaviors": []},
+        physics={"timestep": 1e-3},
+    )
+    mission = escort_mj.start(scenario, command="force")
+    mission.command(np.zeros((2, 2)))
+    mission.step(seconds)
+    return mission.run()
+
+
+def distance(run: escort_mj.Run) -> np.ndarray:
+    """Of the two robots, shape (T,) [m]."""
+    q = run.trace["q"].values
+    return np.asarray(np.linalg.norm(q[:, 1] - q[:, 0], axis=1))
+
+
+def test_a_spring_swings_as_two_masses_do() -> None:
+    run = pulled(3.0, length=1.6, stiffness=30.0, pushes=True)
+    omega = np.sqrt(30.0 * (1.0 / MASSES[0] + 1.0 / MASSES[1]))
+    expected = 1.6 + 0.4 * np.cos(omega * run.trace["time"].values)
+    np.testing.assert_allclose(distance(run), expected, atol=0.01)
+    assert run.values["tether_stretch_max"] == pytest.approx(0.4, abs=5e-3)
+    momentum = np.einsum("tia,i->ta", run.trace["v"].values, MASSES)
+    assert np.abs(momentum).max() < 1e-9
+
+
+def test_a_cable_pulls_but_does_not_push() -> None:
+    run = pulled(1.2, length=1.6, stiffness=30.0)
+    gap, time = distance(run), run.trace["time"].values
+    omega = np.sqrt(30.0 * (1.0 / MASSES[0] + 1.0 / MASSES[1]))
+    slack = gap < 1.6
+    first = time[slack][0]
+    assert first == pytest.approx(0.5 * np.pi / omega, abs=5e-3)
+    closing = np.diff(gap)[slack[:-1]] / np.diff(time)[slack[:-1]]
+    np.testing.assert_allclose(closing, -0.4 * omega, rtol=0.01)
+
+
+def test_damping_takes_the_swing_away() -> None:
+    gap = distance(pulled(3.0, length=1.6, stiffness=30.0, damping=8.0, pushes=True))
+    assert abs(gap[-1] - 1.6) < 5e-3 and gap.min() > 1.55
+
+
+def test_one_that_does_not_stretch_holds_its_length() -> None:
+    scenario = escort_mj.Scenario(
+        duration=2,
+        target=None,
+        robots={
+            "positions": [[0.0, 0.0], [1.0, 0.0]],
+            "velocities": [[0.0, 0.0], [1.0, 0.0]],
+            "tethers": [{"between": [1, 2], "length": 1.5, "stiffness": None}],
+        },
+        mission={"behaviors": []},
+    )
+    mission = escort_mj.start(scenario, command="force")
+    mission.command(np.zeros((2, 2)))
+    run = mission.step(2.0).run()
+    assert 1.5 < distance(run).max() < 1.52
+    assert run.trace["q"].values[-1, 0, 0] > 0.3, "the first is pulled along"
+
+
+@pytest.mark.parametrize(
+    ("tether", "message"),
+    [
+        ({"between": [1, 1], "length": 3}, r"tethers\[0\].between: found 1 twice"),
+        ({"between": [1, 9], "length": 3}, r"tethers\[0\].between: found robot 9; expected 1 to 2"),
+        ({"between": [1, "target"], "length": 3}, r"between: found target; this mission has none"),
+        (
+            {"between": [1, 2], "length": 1.5, "stiffness": None},
+            "length: found 1.5 m; the two start 2 m",
+        ),
+        ({"between": [1, 2], "length": 0}, r"tethers\[0\].length"),
+        ({"between": [1], "length": 1}, r"tethers\[0\].between"),
+        ({"between": [1, "taget"], "length": 1}, r"tethers\[0\].between"),
+    ],
+)
+def test_wrong_tethers(tether: dict[str, Any], message: str) -> None:
+    robots = {"positions": [[0.0, 0.0], [2.0, 0.0]], "tethers": [tether]}
+    with pytest.raises(ScenarioError, match=message):
+        scenario_of({"target": None, "robots": robots, "mission": {"behaviors": ["avoid_obstacles"]}})
+
+
+def test_a_robot_tows_the_target() -> None:
+    scenario = escort_mj.Scenario(
+        duration=4,
+        target={"position": [1.0, 0.0], "body": {"mass": 2.0}},
+        robots={"positions": [[0.0, 0.0]], "tethers": [{"between": [1, "target"], "length": 1.2}]},
+        mission={"radius": 2.0, "behaviors": ["surface"]},
+    )
+    assert escort_mj.run(scenario).values["tether_stretch_max"] > 0.0
