@@ -66,7 +66,8 @@ def test_a_frame_waits_for_robots_that_are_too_slow_but_not_for_failed_ones(fail
         },
     }  # fmt: skip
     if failing:
-        keys["robots"] = {**keys["robots"], "failures": [{"robot": 3, "at": 0.1}]}
+        heavy, failure = {"robot": 3, "mass": 1000.0}, {"robot": 3, "at": 0.5}
+        keys["robots"] = {**keys["robots"], "overrides": [heavy], "failures": [failure]}
     trace = api.run(keys).trace.sel(time=slice(8, 20))
     away = np.linalg.norm((trace["goal"] - trace["q"]).values, axis=2)
     lag = trace["formation_lag"].values[:, 0]

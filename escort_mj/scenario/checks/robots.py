@@ -55,6 +55,11 @@ def check_tethers(mission: Mission) -> Iterator[Finding]:
         robots = [end for end in tether.between if end != "target"]
         if scenario.axes > IN_SPACE:
             yield Finding(path, f"found in {scenario.axes} axes; tethers are MuJoCo's, in 2 or 3")
+        if tether.damping > 0.0 and not tether.pushes:
+            words = (
+                f"found {tether.damping:g} N s/m of a cable, which may be slack; expected 0, or pushes: true"
+            )
+            yield Finding((*path, "damping"), words)
         if len(set(tether.between)) < len(tether.between):
             yield Finding((*path, "between"), f"found {tether.between[0]} twice; expected two bodies")
         elif wrong := [robot for robot in robots if robot > count]:

@@ -61,7 +61,7 @@ class Tether(Parameters):
     stiffness: Annotated[float, Field(gt=0.0, le=1e6)] | None = 100.0
     """Force per length by which it is stretched [N/m]; null: MuJoCo's constraint keeps it from stretching."""
     damping: Annotated[float, Field(ge=0.0, le=1e6)] = 0.0
-    """Force per rate at which its length changes [N s/m], slack or not."""
+    """Force per rate at which a spring's length changes [N s/m]; cables have none."""
     pushes: bool = False
     """Whether it is a spring, which also pushes when shorter; a cable is slack then."""
 
