@@ -77,6 +77,10 @@ class Equations(Component):
         """
         raise NotImplementedError
 
+    def misfits_of_kind(self, mission: Facts) -> Iterator[Misfit]:
+        """Yield what does not fit of the keys that all components of its kind have; by default nothing."""
+        yield from ()
+
     def misfits(self, mission: Facts) -> Iterator[Misfit]:
         """Yield what of it does not fit a mission; by default nothing."""
         yield from ()

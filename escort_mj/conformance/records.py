@@ -29,7 +29,7 @@ BESIDE: dict[str, dict[str, Any]] = {
         "obstacles": ({"position": (4.0, 0.5), "radius": 0.4},),
         "sensing": {"position": {"noise": 0.01}},
     },
-    "in space": {"axes": 3},
+    "in space": {"axes": 3, "robots": {"tethers": ({"between": (1, 2), "length": 9.0},)}},
     "a robot lost": {"robots": {"failures": ({"robot": 2, "at": 0.5},)}},
     "estimates and messages": {
         "knowledge": {"estimator": "kalman", "target": {"robots": (1,), "noise": {"position": 0.01}}},

@@ -218,7 +218,7 @@ class Radio(Equations):
     blackouts: Annotated[tuple[Blackout, ...], Field(max_length=64)] = ()
     """Periods in which some messages do not get through."""
 
-    def misfits(self, mission: Facts) -> Iterator[Misfit]:
+    def misfits_of_kind(self, mission: Facts) -> Iterator[Misfit]:
         """Yield robots that there are not, and bounds that contradict each other."""
         count, graph = mission.robots, self.graph
         if isinstance(graph, Edges):

@@ -270,7 +270,8 @@ def kind_of(annotation: Any, scope: dict[str, Any] | None = None) -> Kind:
             ),
         )
     if origin is Literal:
-        return Kind(" or ".join(map(str, parts)), lambda value: isinstance(value, str) and value in parts)
+        words = " or ".join(filter(None, (", ".join(map(str, parts[:-1])), str(parts[-1]))))
+        return Kind(words, lambda value: isinstance(value, str) and value in parts)
     if origin is tuple:
         inner = [kind_of(part) for part in parts]
         return Kind(

@@ -92,7 +92,7 @@ def test_one_that_does_not_stretch_holds_its_length() -> None:
         ({"between": [1, "target"], "length": 3}, r"between: found target; this mission has none"),
         (
             {"between": [1, 2], "length": 1.5, "stiffness": None},
-            "length: found 1.5 m; the two start 2 m",
+            "length: found 1.5 m, unstretchable; the two start 2 m",
         ),
         ({"between": [1, 2], "length": 1, "damping": 2}, "damping: found 2 N s/m of a cable"),
         ({"between": [1, 2], "length": 0}, r"tethers\[0\].length"),

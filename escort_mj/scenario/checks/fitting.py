@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import chain
 from typing import Any
 
 from pydantic import BaseModel
@@ -18,7 +19,7 @@ def check_fits(mission: Mission) -> Iterator[Finding]:
     """Each component fits the mission, wherever it stands."""
     facts = facts_of(mission)
     for path, component in components_in(mission.scenario):
-        for words, key, because in component.misfits(facts):
+        for words, key, because in chain(component.misfits_of_kind(facts), component.misfits(facts)):
             where = (key,) if isinstance(key, str) else key
             yield Finding((*path, *(part for part in where if part != "")), words, related=because)
 

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
 
+from escort_mj.errors import ScenarioError
 from escort_mj.robots import RobotKind
 from escort_mj.robots.kind import can_meet
 from escort_mj.scenario.checks.mission import laws_of
@@ -18,6 +20,7 @@ from escort_mj.scenario.schema.robots import Actuators
 from escort_mj.scenario.schema.scenario import Scenario
 
 IN_SPACE = 3  # axes
+LONGER = 1.0 + 1e-9  # than a tether: as long, to rounding
 
 
 def check_team(mission: Mission) -> Iterator[Finding]:
@@ -71,17 +74,17 @@ def check_tethers(mission: Mission) -> Iterator[Finding]:
 
 def check_taut(mission: Mission) -> Iterator[Finding]:
     """Tethers that do not stretch are long enough at the start."""
-    places = {robot: place for robot, place in enumerate(mission.team.position, 1)}
     for index, tether in enumerate(mission.scenario.robots.tethers):
         if tether.stiffness is not None:
             continue
-        one, other = (
-            mission.target.position(0.0) if end == "target" else places[end] for end in tether.between
-        )
-        apart = float(np.linalg.norm(one - other))
-        if apart > tether.length * (1.0 + 1e-9) or (tether.pushes and apart < tether.length * (1.0 - 1e-9)):
-            words = f"found {tether.length:g} m; the two start {apart:.4g} m apart, and it does not stretch"
-            yield Finding(("robots", "tethers", index, "length"), words, related=(("robots", "positions"),))
+        with suppress(ScenarioError):  # no room for robots, which another check says
+            places = [mission.target.position(0.0), *mission.team.position]
+            one, other = (places[0 if end == "target" else end] for end in tether.between)
+            apart = float(np.linalg.norm(one - other))
+            if apart > tether.length * LONGER or (tether.pushes and apart * LONGER < tether.length):
+                words = f"found {tether.length:g} m, unstretchable; the two start {apart:.4g} m apart"
+                path = ("robots", "tethers", index, "length")
+                yield Finding(path, words, related=(("robots", "positions"),))
 
 
 def check_kinds(mission: Mission) -> Iterator[Finding]:
