@@ -14,7 +14,7 @@ from tests.metrics.motions import RADIUS, TIME, ring, steps
 class TestSummary:
     def test_every_metric_with_unit_and_window(self, make_trace):
         there = {"q": ring(3), "goal": ring(3), "target_covariance": np.eye(2), "opponent_status": 1}
-        about = {"least_energy": [3**0.5], "max_speed": 1.0}
+        about = {"least_energy": [3**0.5], "max_speed": 1.0, "tethers": [1, 2], "tether_length": [1.0]}
         trace = make_trace(TIME, robots=3, obstacles=1, about=about, v=1.0, **there)
         summary = summarize(measures_of(trace), trace, Outcome.COMPLETED, steps=5000, wall_time=0.5)
         assert list(summary) == ["run", *METRIC_NAMES]

@@ -18,6 +18,7 @@ SPEED = "there is no speed limit (mission.max_speed)"
 OPPONENTS = "there are no opponents"
 BELIEFS = "all robots know what the team's sensors show (knowledge, communication)"
 MESSAGES = "robots do not communicate (communication)"
+TETHERS = "no robot is on a tether (robots.tethers)"
 LINKS = "robots do not communicate, and see each other at any distance (communication, sensing.radius.robots)"
 TRUTH = "the truth is not recorded (recording.truth)"
 LYAPUNOV = "not all robots have one sliding-mode law (controller), whose Lyapunov function it is"
@@ -43,6 +44,7 @@ NEEDS: dict[str, tuple[str, ...]] = (
 )
 """What metrics and expectations need, by their names, in the words for its lack."""
 NEEDS["extra_time_to_goal"] = (GOALS, SPEED)
+NEEDS["tether_stretch_max"] = (TETHERS,)
 
 
 def check_bounds(mission: Mission) -> Iterator[Finding]:
@@ -91,6 +93,7 @@ def check_told(mission: Mission) -> Iterator[Finding]:
     stacks = [scenario.mission.behaviors, *(phase.behaviors for phase in scenario.mission.supervisor)]
     there = {
         GOALS: any(behavior.arrives_within for stack in stacks for behavior in stack),
+        TETHERS: bool(scenario.robots.tethers),
         SPEED: scenario.mission.max_speed is not None,
         OPPONENTS: bool(scenario.opponents),
         BELIEFS: scenario.knowledge is not None or scenario.communication is not None,
