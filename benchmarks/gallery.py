@@ -45,6 +45,8 @@ MOMENTS = {
     "goals/swap_space_100": 0.22,
     "goals/opening": 0.42,
     "goals/coverage": 0.15,
+    "goals/waiting": 0.28,
+    "worlds/tethered": 0.5,
     "knowledge/crossing": 0.15,
     "knowledge/split_and_rejoin": 0.5,
     "pursuit/dash": 0.8,
@@ -56,8 +58,8 @@ MOMENTS = {
 WHOLE = {"crowd", "head_on", "sixteen_cell", "benchmarks/gcbf"}
 WHOLE |= {"benchmarks/gcbf_space", "benchmarks/gcbf_drone"}
 WHOLE |= {f"goals/swap{rest}" for rest in ("", "_32", "_space_100")}
-WHOLE |= {f"goals/{name}" for name in ("opening", "coverage", "dead_end")}
-WHOLE |= {"knowledge/crossing"}
+WHOLE |= {f"goals/{name}" for name in ("opening", "coverage", "dead_end", "waiting")}
+WHOLE |= {"knowledge/crossing", "worlds/tethered"}
 SECTIONS = {
     "": "Missions",
     "knowledge": "What robots know",

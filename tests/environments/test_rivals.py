@@ -126,7 +126,7 @@ def test_a_network_does_in_a_run_what_it_does_in_an_environment(tmp_path: Path, 
 
 
 def test_what_cannot_be(soon: Scenario) -> None:
-    with pytest.raises(UsageError, match="expected robots or opponents or both"):
+    with pytest.raises(UsageError, match="expected robots, opponents or both"):
         Simulation(soon, side="none")  # type: ignore[arg-type]
     with pytest.raises(UsageError, match="found none"):
         Simulation("main", side="both")
