@@ -77,7 +77,7 @@ def publish(page: str, tables: Mapping[str, str], write: bool) -> None:
     for name, found in tables.items():
         print(f"{name}\n\n{found}\n")
         place = re.compile(rf"(<!-- {name} -->\n).*?(\n<!-- end -->)", re.DOTALL)
-        text, count = place.subn(r"\1" + found.replace("\\", r"\\") + r"\2", text)
+        text, count = place.subn(r"\g<1>" + found.replace("\\", r"\\") + r"\g<2>", text)
         if count != 1:
             raise SystemExit(f"{path} has {count} places for {name}")
     if write:
