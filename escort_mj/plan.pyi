@@ -125,6 +125,8 @@ class Plan(Fields):
     disturbance_kind: Array  # (disturbances) [1]
     disturbance_place: Array  # (disturbances) [1]
     disturbance_row: Array  # (disturbances) [1]
+    grid_coordinates: Array  # (grid_coordinates) [1, s, m]
+    grid_velocity: Array  # (grid_points, p) [m/s]
     disturbance_draws: Array  # (disturbances) [1]
     law: int  # [1]
     slope: float  # [1/s]

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Annotated, Any
 
 from escort_mj.components.component import block_at, number_of
+from escort_mj.components.grid import grids_of
 from escort_mj.components.setup import MissionSetup
 from escort_mj.control.custom.calls import custom_disturbance
 from escort_mj.control.members import asker
@@ -33,12 +34,17 @@ class DisturbanceParameters(Fields):
     ]
     disturbance_place: Annotated[Array, "disturbances", Value("1", "where its block in `parameters` begins")]
     disturbance_row: Annotated[Array, "disturbances", Value("1", "where its own memory begins")]
+    grid_coordinates: Annotated[Array, "grid_coordinates", Value("1, s, m", "see `grids_of`")]
+    grid_velocity: Annotated[Array, "grid_points", "p", Value("m/s", "at all points of grids")]
     disturbance_draws: Annotated[Array, "disturbances", Value("1", "how many random numbers it is given")]
 
     @classmethod
     def packed(cls, setup: MissionSetup) -> dict[str, Any]:
         """Return the values of the fields for a mission."""
+        coordinates, velocity, _ = grids_of(setup.disturbances, setup.axes)
         return {
+            "grid_coordinates": coordinates,
+            "grid_velocity": velocity,
             "disturbance_kind": [number_of(each, EQUATED) for each in setup.disturbances],
             "disturbance_place": setup.disturbances,
             "disturbance_row": setup.disturbance_rows,

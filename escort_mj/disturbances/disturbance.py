@@ -23,6 +23,8 @@ class DisturbanceView(NamedTuple):
     q: Annotated[Array, "n", "p"]  # position [m]
     v: Annotated[Array, "n", "p"]  # velocity [m/s]
     robot_radius: Annotated[Array, "n"]  # [m]
+    grid_coordinates: Annotated[Array, "grid_coordinates"]  # see `grids_of` [1, s, m]
+    grid_velocity: Annotated[Array, "grid_points", "p"]  # [m/s]
     noise: Annotated[Array, "blown", "p"]  # normal random numbers of this step; for those that draw
     common_noise: Annotated[Array, "p"]  # likewise, the same for all robots
     second_noise: Annotated[Array, "blown_twice", "p"]  # likewise others, for those that draw two

@@ -1,4 +1,4 @@
-"""What scenarios name files for: waypoints, as planners and loggers write them, and networks.
+"""What scenarios name files for: waypoints, as planners and loggers write them, networks and grids.
 
 Waypoints are comma-separated values, a line for each.
 """
@@ -7,12 +7,13 @@ from __future__ import annotations
 
 import csv
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path as FilePath
 from typing import Any
 
 from escort_mj.recognize import irregular
 from escort_mj.scenario.findings import Finding, Path, shortened
+from escort_mj.scenario.reader.files.arrays import read_grid
 from escort_mj.scenario.reader.files.networks import read_network
 from escort_mj.scenario.reader.files.roots import Roots
 
@@ -22,7 +23,7 @@ TIMES = ("t", "time")
 
 
 def read_tables(data: dict[str, Any], roots: Roots) -> tuple[dict[str, Any], list[Finding]]:
-    """Return plain data with waypoints and networks in place of the names of their files.
+    """Return plain data with waypoints, networks and grids in place of the names of their files.
 
     Args:
         data: What a scenario says; it is not changed.
@@ -32,10 +33,13 @@ def read_tables(data: dict[str, Any], roots: Roots) -> tuple[dict[str, Any], lis
         The data, and what is wrong with files: those are left as their names.
     """
     found: list[Finding] = []
+    places: list[tuple[Path, Any, Callable[[FilePath], Any]]]
     places = [((*path, "waypoints"), table, _read) for path, table in _motions(data)]
     places += [((*path, "network"), table, read_network) for path, table in _networked(data)]
+    fields = _listed(data.get("uncertainty"), "disturbances")
+    places += [(("uncertainty", *path, "grid"), table, read_grid) for path, table in fields]
     for path, table, read in places:
-        name = table.get(str(path[-1]))
+        name = table.get(str(path[-1])) if isinstance(table, dict) else None
         if not isinstance(name, str):
             continue
         try:
