@@ -18,6 +18,10 @@ MISSIONS: dict[str, tuple[str, Any]] = {
         "wind_shear",
         lambda name: {"uncertainty.disturbances": [{"disturbance": name} | WIND]},
     ),
+    "disturbances/downwash": (
+        "worlds/downwash",
+        lambda name: {"uncertainty.disturbances": [name]},
+    ),
     "laws/disturbance_observer": (
         "observer",
         lambda name: {"controller": {"law": name, "bandwidth": 8.0}},

@@ -23,7 +23,8 @@ def check_disturbance(member: type[Disturbance], kind: type[Scenario]) -> Iterat
     """
     yield from check_calls(member, kind)
     yield _bounded(member, kind)
-    yield _alone(member, kind)
+    if not member.sees_others:
+        yield _alone(member, kind)
 
 
 def _bounded(member: type[Disturbance], kind: type[Scenario]) -> CheckResult:

@@ -9,8 +9,9 @@ from typing import Annotated, Any, ClassVar, NamedTuple
 from escort_mj.components.dispatch import in_turn
 from escort_mj.components.equations import VECTOR, Answer, Call, Equations
 from escort_mj.components.memory import RATE, keep_rate
+from escort_mj.knowledge.teammates import Mate
 from escort_mj.native.fields import Array
-from escort_mj.native.lanes import WIDTH, Lanes, load
+from escort_mj.native.lanes import WIDTH, Lanes, everywhere, lane_numbers, load
 from escort_mj.native.values import Computed, maker_of, names_of, with_own
 from escort_mj.native.vectors import Vec, one_row, rows_at, set_rows
 
@@ -90,7 +91,19 @@ class Robots(Computed):
         """Likewise, the same for all robots [1]."""
         return one_row(self.seen, self.seen.second_common_noise)
 
+    @property
+    def places(self) -> int:
+        """How many others each robot has at most, see `mate`."""
+        return self.seen.q.shape[0]
 
+    def mate(self, place: int) -> Mate:
+        """Return another robot for each robot, at a place from 0 to `places` - 1: where it is in truth."""
+        known = abs(lane_numbers() + float(self.i - place)) > 0.5
+        radius = everywhere(self.seen.robot_radius[place])
+        return Mate(known, one_row(self.seen, self.seen.q[place]), radius, known)
+
+
+OTHERS = "places", "mate"
 NOISES = ("noise", "common_noise"), ("second_noise", "second_common_noise")
 
 
@@ -101,7 +114,8 @@ class Disturbance(Equations):
     returns a vector [N]. What it integrates of its own, it declares, as in
     `gust: ClassVar[Memory] = Memory("m/s", "gust")`, with the rate as `gust_rate(self, r)`; the value is
     `r.gust`. It may have random numbers (`r.noise`) if it says `draws: ClassVar[bool] = True`; with
-    `draws: ClassVar[int] = 2`, `r.second_noise` has as many more.
+    `draws: ClassVar[int] = 2`, `r.second_noise` has as many more. With `sees_others: ClassVar[bool] = True`,
+    `r.mate(place)` is another robot for each, as behaviors have it.
     """
 
     plural: ClassVar[str] = "disturbances"
@@ -117,6 +131,8 @@ class Disturbance(Equations):
     first: ClassVar[str] = "memory_row"
     draws: ClassVar[int] = 0
     """How many random numbers it is given, for each robot and axis; true for one."""
+    sees_others: ClassVar[bool] = False
+    """Whether the force on a robot may depend on where others are, see `Robots.mate`."""
 
     disturbance: str
 
@@ -143,7 +159,8 @@ class Disturbance(Equations):
     def robots(cls) -> type[Robots]:
         """Return what its equations are handed: robots that have its own memory by name."""
         own = {name: _remembered(row) for row, name in enumerate(cls.memories())}
-        return with_own(Robots, cls, own, [name for names in NOISES[int(cls.draws) :] for name in names])
+        withheld = [name for names in NOISES[int(cls.draws) :] for name in names]
+        return with_own(Robots, cls, own, [*withheld, *(() if cls.sees_others else OTHERS)])
 
     @classmethod
     def evaluation(cls, made: Call, equations: Mapping[str, Call]) -> Call:

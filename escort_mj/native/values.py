@@ -116,6 +116,7 @@ class Arrays(Values):
 GIVEN = dict.fromkeys(("noise", "common_noise"), "draws: ClassVar[bool] = True")
 GIVEN |= dict.fromkeys(("second_noise", "second_common_noise"), "draws: ClassVar[int] = 2")
 GIVEN |= {"bias": "needs_model: ClassVar[bool] = True", "v_d_rate": "differentiates: ClassVar[bool] = True"}
+GIVEN |= dict.fromkeys(("places", "mate"), "sees_others: ClassVar[bool] = True")
 """Names that only those components read that say so, and the line that does."""
 
 
