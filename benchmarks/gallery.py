@@ -59,7 +59,7 @@ WHOLE = {"crowd", "head_on", "sixteen_cell", "benchmarks/gcbf"}
 WHOLE |= {"benchmarks/gcbf_space", "benchmarks/gcbf_drone"}
 WHOLE |= {f"goals/swap{rest}" for rest in ("", "_32", "_space_100")}
 WHOLE |= {f"goals/{name}" for name in ("opening", "coverage", "dead_end", "waiting")}
-WHOLE |= {"knowledge/crossing", "worlds/tethered", "worlds/downwash"}
+WHOLE |= {"knowledge/crossing", "worlds/tethered", "worlds/downwash", "worlds/ground_effect"}
 SECTIONS = {
     "": "Missions",
     "knowledge": "What robots know",
