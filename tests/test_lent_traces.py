@@ -76,3 +76,10 @@ def test_a_key_that_is_inherited_cannot_be_hidden(tmp_path):
     text = EXPECTATION.replace("BODY", "pass").replace("SKIP", "skip = property(lambda self: 'me')")
     with pytest.raises(errors.EscortError, match="Forged: skip is a key that it inherits"):
         mission(tmp_path, text, {"forged": 1})
+
+
+def test_a_key_whose_bounds_are_no_numbers_is_refused(tmp_path):
+    bound = "extra: __import__('typing').Annotated[float, __import__('pydantic').Field(gt='x')] = 1.0"
+    text = EXPECTATION.replace("BODY", "pass").replace("SKIP", bound)
+    with pytest.raises(errors.EscortError, match=r"plugin\.py: SchemaError"):
+        mission(tmp_path, text, {"forged": 1})

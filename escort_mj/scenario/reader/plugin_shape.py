@@ -166,6 +166,7 @@ def _check_expectation(model: type[Expectation], place: str) -> None:
         own = [name for name, value in vars(model).items() if callable(value) and not name.startswith("_")]
         raise PluginError(f"{place}: has no judge(self, trace){did_you_mean('judge', own)}")
     _check_signature(model.judge, ["self", "trace"], place)
+    model.model_rebuild(force=True)
 
 
 def check_name(model: type[Member], place: str) -> None:
