@@ -23,7 +23,10 @@ MISSIONS: dict[str, tuple[str, dict[str, Any]]] = {
     "goals": ("goals/swap", {"robots": TEAM | {"radius": 0.2}, "mission.max_speed": 1}),
     "space": (
         "paper/case1_3d",
-        {"robots": TEAM, "mission": {"radius": 6, "behaviors": ["vertices", "surface"]}},
+        {
+            "robots": TEAM | {"tethers": [{"between": [1, 2], "length": 4}]},
+            "mission": {"radius": 6, "behaviors": ["vertices", "surface"]},
+        },
     ),
 }
 EACH = {m.name: {"metric": m.name, "at_least": max(m.least, 0.0)} for m in KINDS[Metric] if m.watches}

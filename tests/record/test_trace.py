@@ -19,6 +19,7 @@ from escort_mj.signals import (
     READINGS,
     SIGNALS,
     TEAMS,
+    WAITING,
     WATCHES,
 )
 from tests.synthetic import build_trace
@@ -113,7 +114,7 @@ def test_distances_to_what_is_not_there(make_trace, robots, obstacles):
     trace = make_trace([0.0, 1.0], robots=robots, obstacles=obstacles)
     absent = {"robot_distance_min"} if robots == 1 else set()
     channels = {TEAMS} if obstacles else {TEAMS, OPPONENTS, MOVERS}
-    channels |= {RADII, WATCHES, MEMORIES, READINGS, POLICIES}
+    channels |= {RADII, WATCHES, MEMORIES, READINGS, POLICIES, WAITING}
     absent |= {signal.name for signal in SIGNALS if signal.channel in channels}
     assert {signal.name for signal in SIGNALS} - set(trace.variables) == absent
     there = np.isfinite(trace["clearance"].values).all(axis=(0, 1))

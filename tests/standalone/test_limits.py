@@ -460,7 +460,7 @@ class NoArray:
         (lambda: Limits(speed=-1), "speed: found -1"),
         (lambda: Limits(jump=0.1), "jump: found a limit without speed"),
         (lambda: Limits(area=3), "area: found 3; expected an Area or None"),
-        (lambda: Limits(on_age="halt"), 'on_age: found "halt"; expected error or stop or drop'),
+        (lambda: Limits(on_age="halt"), 'on_age: found "halt"; expected error, stop or drop'),
         (lambda: Limits(on_silence="drop"), 'on_silence: found "drop"; expected error or stop'),
         (lambda: Limits(age=None, speed=1, on_speed="drop"), 'on_speed: found "drop" without a limit on age'),
         (lambda: Limits(rejoin=-1), "rejoin: found -1"),

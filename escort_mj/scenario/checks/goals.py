@@ -59,7 +59,11 @@ def check_goals(mission: Mission) -> Iterator[Finding]:
     """All robots fit at their last goals, or offsets."""
     scenario = mission.scenario
     for path, goal in behaviors_of(scenario):
-        if isinstance(goal, Formation) and isinstance(goal.scale, float):
+        if (
+            isinstance(goal, Formation)
+            and isinstance(goal.scale, float)
+            and len(goal.offsets) == mission.count
+        ):
             with suppress(ScenarioError):  # no room for robots, which another check says
                 places = goal.scale * np.array(goal.offsets)
                 yield from _overlapping(places, mission.team.radius, "offsets", (*path, "offsets"))
