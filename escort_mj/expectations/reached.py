@@ -5,8 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from pydantic import PositiveFloat
-
+from escort_mj.components.parameters import Distance
 from escort_mj.expectations.bound import Limits, held_against, since
 from escort_mj.expectations.expectation import Deadline, Judgment, nothing_found
 from escort_mj.measuring import EMPTY
@@ -29,7 +28,7 @@ class ReachedExpectation(Deadline):
     rank = 45
     in_unit = "m"
 
-    reached: PositiveFloat
+    reached: Distance
     """Largest distance to the last goal [m]."""
 
     @property

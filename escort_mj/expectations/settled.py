@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from pydantic import PositiveFloat
-
+from escort_mj.components.parameters import Distance
 from escort_mj.expectations.bound import Limits, held_against, since
 from escort_mj.expectations.expectation import Deadline, Judgment, OfTeam
 from escort_mj.measuring import measure
@@ -24,7 +23,7 @@ class SettledExpectation(OfTeam, Deadline):
     kind = "settled"
     rank = 40
 
-    settled: PositiveFloat
+    settled: Distance
     """Largest deviation from the mission's radius [m]."""
 
     @property
