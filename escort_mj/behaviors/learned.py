@@ -35,7 +35,7 @@ class LearnedParameters(Fields):
 
     @classmethod
     def packed(cls, setup: MissionSetup) -> dict[str, Any]:
-        """Return the buffer of the fields for a mission."""
+        """Return the values of the fields for a mission."""
         found, places = setup.numbered(LearnedBehavior), networks_of(setup)[1]
         return {
             "learned_offset": [places[behavior] for _, behavior in found],
@@ -57,7 +57,7 @@ class LearnedState(Fields):
 class LearnedBehavior(Network, Behavior):
     """Move each robot at a velocity that a network computes from what the robot observes.
 
-    The network is given the observations of an environment (docs/environments.md) and scratch an action: for
+    The network is given the observations of an environment (docs/environments.md) and returns an action: for
     each axis a share, from -1 to 1, of `mission.max_speed` (2 m/s if not set). As in an environment, an
     answer to what a robot observes in one physics step holds from the next one on.
     """
