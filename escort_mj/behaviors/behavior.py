@@ -67,6 +67,8 @@ class Behavior(Equations):
     """Whether it needs a target although what it asks is not relative to the target's motion."""
     spreads: ClassVar[bool] = False
     """Whether it spreads the team evenly around the target."""
+    of_mission: ClassVar[tuple[str, ...]] = ()
+    """Keys that have one value in all phases."""
 
     behavior: str
 

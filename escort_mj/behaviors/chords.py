@@ -47,6 +47,7 @@ class Chords(Behavior):
     python_only: ClassVar[frozenset[str]] = frozenset({"order"})
 
     behavior: Literal["chords"] = "chords"
+    of_mission: ClassVar[tuple[str, ...]] = ("order",)
     gain: PositiveFloat = 0.8
     """Gain of the task error [1/s] (paper: Lambda_2)."""
     order: tuple[int, ...] | None = None

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from itertools import chain, pairwise
 from math import prod
-from typing import Annotated, Any
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -19,6 +19,8 @@ from escort_mj.native.vectors import Vec, rows_from
 
 class Grid(Parameters):
     """Velocities at all points of a grid, and between them by linear interpolation."""
+
+    largest: ClassVar[float] = 1e6
 
     time: tuple[float, ...] = ()
     """Times of the velocities, which hold before the first one and after the last one [s]; empty for a field

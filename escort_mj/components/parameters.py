@@ -29,12 +29,13 @@ Radius = Annotated[float, Field(ge=1e-3, le=1e5)]
 Distance = Annotated[float, Field(gt=0.0, le=1e5)]
 Force = Annotated[float, Field(ge=1e-15, le=1e12)]
 Mass = Annotated[float, Field(ge=1e-6, le=1e9)]
+Speed = Annotated[float, Field(ge=0.0, le=1e3)]
 
 
 class Parameters(BaseModel):
     """Base of every table of parameters that a scenario can set."""
 
-    largest: ClassVar[float] = 1e30
+    largest: ClassVar[float] = 1e12
     """Largest size of its numbers: what is worked out with them stays finite."""
 
     # pydantic's own `use_attribute_docstrings` reads all sources at import, which takes 0.2 s.

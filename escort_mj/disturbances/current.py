@@ -4,6 +4,7 @@ from typing import Literal
 
 from pydantic import NonNegativeFloat
 
+from escort_mj.components.parameters import Speed
 from escort_mj.disturbances.disturbance import Disturbance, Robots
 from escort_mj.disturbances.wind import toward
 from escort_mj.native.vectors import Vec, norm
@@ -18,7 +19,7 @@ class Current(Disturbance):
     """
 
     disturbance: Literal["current"] = "current"
-    speed: NonNegativeFloat = 0.1
+    speed: Speed = 0.1
     """Speed of the current [m/s]."""
     heading: float = 0.0
     """Direction toward which it flows at the start: angle from the x axis toward y [rad]."""

@@ -131,6 +131,8 @@ class Disturbance(Equations):
     first: ClassVar[str] = "memory_row"
     draws: ClassVar[int] = 0
     """How many random numbers it is given, for each robot and axis; true for one."""
+    of_time_key: ClassVar[tuple[str, ...]] = ()
+    """Path of the key with the functions that `of_time` returns; empty where no key has them."""
     sees_others: ClassVar[bool] = False
     """Whether the force on a robot may depend on where others are, see `Robots.mate`."""
 

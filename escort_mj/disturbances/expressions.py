@@ -17,6 +17,8 @@ class Expressions(Disturbance):
     per_axis: Annotated[tuple[OfTime, ...], Field(max_length=9)] = ()
     """Force per axis [N]: numbers, or expressions in t."""
 
+    of_time_key: ClassVar[tuple[str, ...]] = ("per_axis",)
+
     @property
     def of_time(self) -> tuple[float | str, ...]:
         """Return the functions."""

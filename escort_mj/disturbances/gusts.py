@@ -4,9 +4,9 @@ import math
 from typing import Any, ClassVar, Literal
 
 import numpy as np
-from pydantic import NonNegativeFloat
 
 from escort_mj.components.equations import Memory
+from escort_mj.components.parameters import Speed
 from escort_mj.disturbances.disturbance import Robots
 from escort_mj.disturbances.wind import Wind, drag, toward
 from escort_mj.native.kernels import inlined
@@ -31,7 +31,7 @@ class Gusts(Wind):
     quick: ClassVar[Memory] = Memory("1", "noise behind a filter of first order")
     slow: ClassVar[Memory] = Memory("1", "the same behind a second such filter")
     disturbance: Literal["gusts"] = "gusts"
-    speed: NonNegativeFloat = 7.0
+    speed: Speed = 7.0
     """Speed of the steady wind; turbulence is that of such a wind at a height of 20 ft [m/s]."""
     heading: float = 0.0
     """Direction toward which the wind blows: angle from the x axis toward y [rad]."""

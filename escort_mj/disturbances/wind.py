@@ -1,9 +1,9 @@
 """What winds have in common: where they blow, and their drag."""
 
 import math
-from typing import Any
+from typing import Annotated, Any
 
-from pydantic import NonNegativeFloat
+from pydantic import Field
 
 from escort_mj.disturbances.disturbance import Disturbance, Robots
 from escort_mj.native.kernels import inlined
@@ -13,9 +13,9 @@ from escort_mj.native.vectors import Vec, norm, quarter_turn, unit_axis
 class Wind(Disturbance):
     """Base of winds: a robot has the drag of a ball of its radius, see `drag`."""
 
-    density: NonNegativeFloat = 1.2
+    density: Annotated[float, Field(ge=0.0, le=2e4)] = 1.2
     """Density of the air [kg/m^3]."""
-    drag_coefficient: NonNegativeFloat = 0.47
+    drag_coefficient: Annotated[float, Field(ge=0.0, le=1e3)] = 0.47
     """Drag coefficient, with the cross section of a ball of the robot's radius [1]."""
 
 

@@ -9,6 +9,7 @@ from pydantic import NonNegativeFloat, PositiveFloat
 
 from escort_mj.components.equations import Memory
 from escort_mj.components.facts import Facts, Misfit
+from escort_mj.components.parameters import Speed
 from escort_mj.disturbances.disturbance import Robots
 from escort_mj.disturbances.wind import Wind, drag, toward
 from escort_mj.native.vectors import Vec
@@ -27,7 +28,7 @@ class WindShear(Wind):
     disturbance: Literal["wind_shear"] = "wind_shear"
     profile: Literal["logarithmic", "power"] = "logarithmic"
     """Law by which the mean speed grows with the height."""
-    speed: NonNegativeFloat = 5.0
+    speed: Speed = 5.0
     """Mean speed of the wind at the height `reference` [m/s]."""
     heading: float = 0.0
     """Direction toward which the wind blows: angle from the x axis toward y [rad]."""
@@ -39,7 +40,7 @@ class WindShear(Wind):
     """Height up to which a logarithmic wind is calm [m]; open fields 0.03."""
     exponent: NonNegativeFloat = 0.143
     """Exponent of the power law [1]."""
-    gusts: NonNegativeFloat = 0.5
+    gusts: Speed = 0.5
     """Standard deviation of the gusts, per axis [m/s]."""
     correlation_time: PositiveFloat = 2.0
     """Correlation time of the gusts [s]; Dryden: length scale divided by airspeed."""

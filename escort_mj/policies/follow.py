@@ -9,7 +9,7 @@ from escort_mj.components.component import Derived
 from escort_mj.native.vectors import Vec, dot, norm
 from escort_mj.policies.body import Body
 from escort_mj.policies.directions import NEAR
-from escort_mj.policies.policy import Policy
+from escort_mj.policies.policy import Leader, Policy
 
 
 class Follow(Policy):
@@ -35,6 +35,11 @@ class Follow(Policy):
     def place(self) -> float:
         """Return which body the leader is: robots come first, then the target, then obstacles."""
         return self._place
+
+    @property
+    def follows(self) -> Leader:
+        """Return which body it follows."""
+        return Leader(self.leader, self.distance)
 
     def among(self, bodies: Sequence[str]) -> Self:
         """Return it in a mission with bodies of these names."""

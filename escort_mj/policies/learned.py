@@ -34,6 +34,7 @@ class Learned(Network, Policy):
     """
 
     python_only: ClassVar[frozenset[str]] = Policy.python_only | {"network"}
+    of_teams: ClassVar[bool] = False
     until: ClassVar[Memory] = Memory("s", "time of the next evaluation")
     share: ClassVar[Memory] = Memory("1", "velocity as a share of the speed", vector=True)
     policy: Literal["learned"] = "learned"

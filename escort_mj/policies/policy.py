@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from functools import cache
-from typing import Annotated, Any, ClassVar, Self
+from typing import Annotated, Any, ClassVar, NamedTuple, Self
 
 from pydantic import Field
 
@@ -16,6 +16,18 @@ from escort_mj.policies.body import Body, PolicyView, kept, place_of
 
 RESTS, ACTS = 0, 1
 """Whether a policy acts on its purpose at the moment."""
+
+
+class Leader(NamedTuple):
+    """A body that another one follows.
+
+    Attributes:
+        name: Of the body.
+        distance: That is kept between centers [m].
+    """
+
+    name: str
+    distance: float
 
 
 class Policy(Equations):
@@ -41,6 +53,8 @@ class Policy(Equations):
     keeps_vectors: ClassVar[bool] = True
     seeks: ClassVar[bool] = False
     """Whether it wants to reach the target, as opponents do."""
+    of_teams: ClassVar[bool] = True
+    """Whether targets of teams may have it."""
 
     policy: str
     speed: Annotated[float, Field(gt=0.0, le=1e3)] = 1.0
@@ -57,6 +71,11 @@ class Policy(Equations):
     def acts(self, r: Body) -> Any:
         """Return whether it acts on its purpose at the moment; by default it always does."""
         return True
+
+    @property
+    def follows(self) -> Leader | None:
+        """Return which body it follows; None where it follows none."""
+        return None
 
     def among(self, bodies: Sequence[str]) -> Self:
         """Return it in a mission with bodies of these names: robots, the target, then obstacles."""

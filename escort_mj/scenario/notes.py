@@ -17,7 +17,8 @@ LARGE_TRACE = 100e6  # bytes from which on its size is told beforehand
 def notes(scenario: Scenario) -> list[str]:
     """Return all that there is to say."""
     mission = mission_of(scenario)
-    return [note for note in (trace_note(mission), passage_note(mission), lidar_note(mission)) if note]
+    found = trace_note(mission), passage_note(mission), lidar_note(mission), opponents_note(mission)
+    return [note for note in found if note]
 
 
 def trace_note(mission: Mission) -> str:
@@ -26,6 +27,16 @@ def trace_note(mission: Mission) -> str:
     if size < LARGE_TRACE:
         return ""
     return f"the trace will take up to {size / 1e6:.0f} MB; a lower recording.rate makes it smaller"
+
+
+def opponents_note(mission: Mission) -> str:
+    """What to say of opponents that never set out; empty where all do."""
+    duration = mission.scenario.duration
+    for group in mission.scenario.opponents:
+        last = group.start + (group.count - 1) * group.interval
+        if last >= duration:
+            return f"the last {group.name} sets out at {last:g} s; the run ends at {duration:g} s"
+    return ""
 
 
 def passage_note(mission: Mission) -> str:

@@ -73,3 +73,10 @@ def test_what_rays_of_a_lidar_can_miss_is_told_beforehand():
     (note,) = notes(Scenario.model_validate(keys))
     assert note.startswith("obstacle_2 is 0.1 m wide, and rays of the lidar are 0.209 m apart")
     assert notes(Scenario.model_validate(keys | {"sensing": {"lidar": {"rays": 90}}})) == []
+
+
+def test_opponents_that_never_set_out_are_told_of_beforehand():
+    keys = {"duration": 10, "opponents": [{"count": 3, "interval": 5}]}
+    (note,) = notes(Scenario.model_validate(keys))
+    assert note == "the last opponent sets out at 10 s; the run ends at 10 s"
+    assert notes(Scenario.model_validate(keys | {"duration": 10.1})) == []

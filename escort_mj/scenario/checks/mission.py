@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from typing import Any
 
-from escort_mj.behaviors import Behavior, Chords
+from escort_mj.behaviors import Behavior
 from escort_mj.laws import Law
 from escort_mj.numerics.formation import widest_spacing
 from escort_mj.rules import Rule
@@ -38,20 +39,21 @@ def laws_of(scenario: Scenario) -> Iterator[tuple[Path, Law]]:
 
 
 def check_behaviors(mission: Mission) -> Iterator[Finding]:
-    """Each behavior at most once in a priority stack, chords in one order only."""
+    """Each behavior at most once in a priority stack; what is of the whole mission is the same everywhere."""
     scenario = mission.scenario
+    shared: dict[tuple[str, str], tuple[Path, Any]] = {}
     for path, stack in _stacks(scenario):
         seen: set[str] = set()
         for index, behavior in enumerate(stack):
             if behavior.behavior in seen:
                 yield Finding((*path, index), f"found {behavior.behavior} a second time")
             seen.add(behavior.behavior)
-    orders = [(path, b.order) for path, b in behaviors_of(scenario) if isinstance(b, Chords)]
-    for path, order in orders[1:]:
-        if order != orders[0][1]:
-            yield Finding(
-                (*path, "order"), f"differs from that of {key_path(orders[0][0])}; expected the same"
-            )
+            for key in behavior.of_mission:
+                value = getattr(behavior, key)
+                first, known = shared.setdefault((behavior.behavior, key), ((*path, index), value))
+                if value != known:
+                    words = f"differs from that of {key_path(first)}; expected the same"
+                    yield Finding((*path, index, key), words)
 
 
 def check_supervisor(mission: Mission) -> Iterator[Finding]:

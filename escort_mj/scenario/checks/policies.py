@@ -6,8 +6,6 @@ from collections.abc import Iterator, Sequence
 
 from escort_mj.behaviors import Behavior
 from escort_mj.numerics.program import Op
-from escort_mj.policies.follow import Follow
-from escort_mj.policies.learned import Learned
 from escort_mj.scenario.checks.obstacles import check_drive
 from escort_mj.scenario.findings import Finding, Path, did_you_mean, shown
 from escort_mj.scenario.mission import Mission
@@ -35,8 +33,8 @@ def check_policy(mission: Mission) -> Iterator[Finding]:
         if target.policy.seeks:
             words = f"found {found}: an opponent's policy, which wants to reach the target"
             yield Finding((*path, "policy"), words)
-        if isinstance(target.policy, Learned) and path != ("target",):
-            yield Finding((*path, "policy"), "found learned; it is for target and opponents")
+        if path != ("target",) and not target.policy.of_teams:
+            yield Finding((*path, "policy"), f"found {found}; it is for target and opponents")
         if target.waypoints is not None:
             words = f"found waypoints beside the policy {found}; expected position, its start"
             yield Finding((*path, "waypoints"), words)
@@ -57,20 +55,18 @@ def check_leaders(mission: Mission) -> Iterator[Finding]:
     radii |= {body.name: body.bounding_radius for body in obstacles}
     seen: set[Path] = set()
     for _, path, radius, policy in followers:
-        if not isinstance(policy, Follow) or path in seen:
+        if policy is None or policy.follows is None or path in seen:
             continue
         seen.add(path)
-        own, leader = [each for each, at, *_ in followers if at == path], policy.leader
+        own, (leader, distance) = [each for each, at, *_ in followers if at == path], policy.follows
         where: Path = (*path, "policy", "leader")
         if leader in own:
             yield Finding(where, f"found {leader}, the body itself; expected another one")
         elif leader not in radii:
             words = f"found {shown(leader)}; expected a robot, a target, an obstacle or an opponent"
             yield Finding(where, words + did_you_mean(leader, radii))
-        elif policy.distance <= (least := radius + radii[leader]):
-            words = (
-                f"found {policy.distance:g} m between centers; expected more than {least:.4g} m, both radii"
-            )
+        elif distance <= (least := radius + radii[leader]):
+            words = f"found {distance:g} m between centers; expected more than {least:.4g} m, both radii"
             yield Finding((*path, "policy", "distance"), words)
 
 

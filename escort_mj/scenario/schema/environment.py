@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from typing import Annotated
+from typing import Annotated, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,6 +33,8 @@ class Slope(Parameters):
 
 class Medium(Parameters):
     """Medium with MuJoCo's drag model for ellipsoids, without buoyancy."""
+
+    largest: ClassVar[float] = 2e4
 
     density: NonNegativeFloat = 0.0
     """Density [kg/m^3]; air 1.2, water 1000."""
