@@ -66,7 +66,7 @@ class TestMetrics:
         ("returned", "words"),
         [
             (float("nan"), "found nan"),
-            (-5.0, "found -5; by its own bounds, own is at least 0"),
+            (-5.0, "found -5; by its own bounds, own is at least 0; @metric(least="),
             (-math.inf, "found -inf"),
             ("3", "found str; expected a number"),
             (1j, "found complex"),

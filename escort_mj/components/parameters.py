@@ -14,6 +14,7 @@ from pydantic_core import PydanticKnownError
 if TYPE_CHECKING:
     from pydantic import GetJsonSchemaHandler
 
+MODEL_ONLY = frozenset(dir(BaseModel)).difference(dir(object))
 UNLIMITED = 1e300  # stands for an infinite limit, which XML cannot hold
 TEXT = r"^[^\x00-\x08\x0b-\x1f\x7f-\x9f\ufffe\uffff]*$"  # what NetCDF and XML can hold
 
@@ -37,9 +38,25 @@ class Parameters(BaseModel):
 
     largest: ClassVar[float] = 1e12
     """Largest size of its numbers: what is worked out with them stays finite."""
+    _in_place_of_setting: ClassVar[str] = "scenario.replace(...) returns a scenario with other values"
 
     # pydantic's own `use_attribute_docstrings` reads all sources at import, which takes 0.2 s.
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, defer_build=True)
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        """Set what is private; parameters stay.
+
+        Raises:
+            AttributeError: If it is no private attribute.
+        """
+        if not name.startswith("_"):
+            words = f"{type(self).__name__}.{name}: cannot be set: parameters do not change"
+            raise AttributeError(f"{words}; {self._in_place_of_setting}")
+        super().__setattr__(name, value)
+
+    def __dir__(self) -> list[str]:
+        """Return what is its own, for completion."""
+        return sorted({*super().__dir__()} - MODEL_ONLY)
 
     @field_validator("*")
     @classmethod

@@ -187,7 +187,8 @@ class Metric(NamedTuple):
             limits = f"at least {self.least:g}" + (
                 f" and at most {self.most:g}" if self.most < math.inf else ""
             )
-            raise ValueError(f"found {found.value:g}; by its own bounds, {self.name} is {limits}")
+            words = "@metric(least=..., most=...) declares others"
+            raise ValueError(f"found {found.value:g}; by its own bounds, {self.name} is {limits}; {words}")
         return found
 
     def _allows(self, value: float) -> bool:

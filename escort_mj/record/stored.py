@@ -86,6 +86,8 @@ def read_run(path: str | os.PathLike[str]) -> StoredRun:
         RunFolderError: If it is no run folder, or the run has recorded nothing.
     """
     folder = Path(path)
+    if folder.is_file():
+        raise RunFolderError(f"{folder}: is a file; expected a run folder, such as {folder.parent}")
     if kind := irregular(folder / MODEL):
         raise RunFolderError(f"{folder / MODEL}: is {kind}, not a file")
     outcome = read_outcome(folder)

@@ -49,6 +49,17 @@ def parse_key_path(text: str) -> Path | None:
 
 def did_you_mean(word: str, names: Iterable[str], cutoff: float = 0.55) -> str:
     """`; did you mean "x"?` with the allowed name most like the word, or nothing if none is like it."""
+    near = _nearest(word, names, cutoff)
+    return f'; did you mean "{near}"?' if near else ""
+
+
+def instead(wanted: str, names: Iterable[str]) -> str:
+    """`; found "x"` with the name most like one that is missing, or nothing if none is like it."""
+    near = _nearest(wanted, names, 0.55)
+    return f'; found "{near}"' if near else ""
+
+
+def _nearest(word: str, names: Iterable[str], cutoff: float) -> str:
     by_lower = {name.lower(): name for name in names if name != word}
     asked = word.lower()[:80]
 
@@ -56,7 +67,7 @@ def did_you_mean(word: str, names: Iterable[str], cutoff: float = 0.55) -> str:
         return max(difflib.SequenceMatcher(None, *pair).ratio() for pair in ((name, asked), (asked, name)))
 
     best = max(by_lower, key=likeness, default="")
-    return f'; did you mean "{by_lower[best]}"?' if best and likeness(best) >= cutoff else ""
+    return by_lower[best] if best and likeness(best) >= cutoff else ""
 
 
 def listed(names: Sequence[str]) -> str:

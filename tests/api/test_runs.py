@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import math
 from collections.abc import Callable
 from pathlib import Path
@@ -10,7 +11,7 @@ import pytest
 
 import escort_mj
 from escort_mj.api.runs import Run
-from escort_mj.errors import ScenarioError, UsageError
+from escort_mj.errors import RunFolderError, ScenarioError, UsageError
 from escort_mj.measuring import measure
 from escort_mj.record.folder import read_run
 from escort_mj.report.video.video import ending
@@ -196,6 +197,17 @@ def test_a_saved_run_stays(made: Run, opened: Run) -> None:
     assert made.save(opened.folder, overwrite=True).folder == opened.folder
     with pytest.raises(UsageError, match="ask for traces"):
         next(escort_mj.run_many([TEXT], 1)).save(opened.folder.with_name("other"))
+
+
+def test_what_is_read_only_says_what_is_done_in_place(opened: Run) -> None:
+    with pytest.raises(AttributeError, match=r"^Scenario.duration: cannot be set: .*; scenario.replace"):
+        opened.scenario.duration = 3.0
+    with pytest.raises(AttributeError, match=r"^ApdSmc.own: cannot be set: .* keep is a ClassVar\[Memory\]"):
+        opened.scenario.controller.own = 3.0
+    assert {"duration", "replace"} <= {*dir(opened.scenario)} and "parse_obj" not in dir(opened.scenario)
+    assert str(inspect.signature(escort_mj.Scenario)).startswith("(*, version=Ellipsis, name=Ellipsis")
+    with pytest.raises(RunFolderError, match=r"trace.nc: is a file; expected a run folder, such as \S*two$"):
+        escort_mj.open_run(opened.folder / "trace.nc")
 
 
 def test_keys_are_set_by_calls_as_on_the_command_line(compiled: None) -> None:

@@ -15,8 +15,10 @@ from escort_mj.scenario.kinds import TABLES
 from escort_mj.scenario.reader.catalog import catalog_of
 from escort_mj.scenario.reader.files.paths import Location, locate, member_name
 from escort_mj.scenario.schema.fields import PATTERNS
+from escort_mj.scenario.schema.robots import RobotOverride
 from escort_mj.scenario.schema.scenario import Scenario
 
+OF_ONE_ROBOT = {(key,) for key in RobotOverride.model_fields}
 MOST_EXPLAINED = 100  # faults of a table; of the others it is said how many there are
 
 
@@ -50,6 +52,8 @@ def _finding(details: ErrorDetails, data: Any, root: type[BaseModel]) -> Finding
     if kind == "literal_error":
         return Finding(path, _wrong_choice(path, found, context["expected"]))
     message = _wrong_value(kind, found, context, details["msg"])
+    if path[:1] == ("robots",) and path[1:] in OF_ONE_ROBOT and isinstance(found, list | tuple):
+        message += "; overrides give single robots values of their own"
     if found is None and location.field and not location.field.is_required():
         message += "; leave the key out for its default"
     return Finding(path, message)
@@ -91,8 +95,10 @@ def _wrong_tag(path: Path, context: dict[str, Any], data: Any) -> Finding:
     where = (*path, tag) if isinstance(held, dict) else path
     found = str(context["tag"])
     hint = did_you_mean(found, names)
-    if not hint and any(kind.named_by == tag and kind.of_plugins for kind in TABLES):
-        hint = "; plugins bring others (plugins: [FILE.py], or --plugin FILE.py)"
+    if not did_you_mean(found, names, 0.6) and any(
+        kind.named_by == tag and kind.of_plugins for kind in TABLES
+    ):
+        hint += "; plugins bring others (plugins: [FILE.py], or --plugin FILE.py)"
     return Finding(where, f"found {shown(found)}; allowed are {listed(names)}{hint}")
 
 

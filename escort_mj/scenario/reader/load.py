@@ -256,7 +256,7 @@ def _content(path: FilePath) -> bytes:
     if not os.path.exists(path):  # False, too, for a name that no file can have
         folder = path.parent
         names = [entry.name for entry in folder.glob("*.y*ml")] if os.path.isdir(folder) else []
-        raise UsageError(f"{shortened(path)}: there is no such file{did_you_mean(path.name, names)}")
+        raise UsageError(f"{shortened(path)}: there is no such file{did_you_mean(path.name, names, 0.75)}")
     if not path.is_file():
         raise UsageError(f"{path}: this is not a file; expected a scenario in YAML")
     try:

@@ -22,7 +22,7 @@ from escort_mj.metrics.metric import Metric
 from escort_mj.plugin_calls import is_plugins
 from escort_mj.policies import Policy
 from escort_mj.robots import RobotKind
-from escort_mj.scenario.findings import did_you_mean, listed
+from escort_mj.scenario.findings import did_you_mean, instead, listed
 from escort_mj.scenario.kinds import kind_of
 from escort_mj.signals import SIGNALS
 
@@ -164,7 +164,7 @@ def _check_expectation(model: type[Expectation], place: str) -> None:
         )
     if model.judge is Expectation.judge:
         own = [name for name, value in vars(model).items() if callable(value) and not name.startswith("_")]
-        raise PluginError(f"{place}: has no judge(self, trace){did_you_mean('judge', own)}")
+        raise PluginError(f"{place}: has no judge(self, trace){instead('judge', own)}")
     _check_signature(model.judge, ["self", "trace"], place)
     model.model_rebuild(force=True)
 
@@ -222,7 +222,7 @@ def _check_equations(model: type[Equations], place: str) -> None:
         words = f'd_hat: ClassVar[Memory] = Memory("N", "disturbance"), and d_hat{model.moves}(self, r)'
         raise PluginError(f"{place}: found memories; expected one line for each, such as {words}")
     if getattr(model, model.method) is getattr(base, model.method):
-        raise PluginError(f"{place}: has no {model.method}(self, r){did_you_mean(model.method, own)}")
+        raise PluginError(f"{place}: has no {model.method}(self, r){instead(model.method, own)}")
     for memory, kind in inspect.get_annotations(model).items():
         if re.search(r"\bMemory\b", str(kind)) and memory not in model.memories():
             words = f'{memory}: ClassVar[Memory] = Memory("unit", "meaning")'
@@ -243,7 +243,7 @@ def _check_equations(model: type[Equations], place: str) -> None:
             raise PluginError(f"{place}: {found}; expected {words}{near}")
         if not hasattr(model, name := memory + model.moves):
             words = f"{memory}{_line_of(model, memory)} has no {name}(self, r)"
-            raise PluginError(f"{place}: {words}{did_you_mean(name, own)}")
+            raise PluginError(f"{place}: {words}{instead(name, own)}")
     moved = [name for name in model.equations() if name.endswith(model.moves)]
     for name in own:
         if name.endswith(model.moves) and name not in moved:

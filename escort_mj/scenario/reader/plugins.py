@@ -161,7 +161,7 @@ def _load_file(path: Path, source: PluginSource) -> Plugin:
     if not there:
         folder = path.parent
         names = [each.name for each in folder.glob("*.py")] if folder.is_dir() else []
-        raise PluginError(f"{path}: there is no such file{did_you_mean(path.name, names)}")
+        raise PluginError(f"{path}: there is no such file{did_you_mean(path.name, names, 0.75)}")
     try:
         content = path.read_bytes()
     except OSError as error:

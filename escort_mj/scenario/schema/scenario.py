@@ -4,6 +4,7 @@ Cross-checks that need more than one key stand in `checks.py`; reading files in 
 """
 
 from collections.abc import Callable, Mapping
+from inspect import Parameter, Signature
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 from pydantic import BaseModel, Field, NonNegativeFloat, PositiveFloat
@@ -183,6 +184,16 @@ class _Checked(ModelMetaclass):
     """Makes what is constructed pass all checks that a file has to pass."""
 
     if not TYPE_CHECKING:
+
+        @property
+        def __signature__(cls):  # noqa: N805
+            """Keys alone: what pydantic sets has the whole type of each."""
+            return Signature(
+                [Parameter(key, Parameter.KEYWORD_ONLY, default=...) for key in cls.model_fields]
+            )
+
+        @__signature__.setter
+        def __signature__(cls, _): ...  # noqa: N805
 
         def __call__(cls, /, **data):  # noqa: N805
             return cls.checked(data, kind=cls)

@@ -127,6 +127,6 @@ def _inches(width: str | float) -> float:
     if not LEAST_WIDTH <= inches <= MOST_WIDTH:
         raise UsageError(
             f"width: found {width}; allowed are {', '.join(WIDTHS)}, and lengths from {LEAST_WIDTH:g}in to "
-            f"{MOST_WIDTH:g}in such as 3.5in or 8.8cm"
+            f"{MOST_WIDTH:g}in such as 3.5in, 8.8cm or 88mm"
         )
     return inches
