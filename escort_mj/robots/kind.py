@@ -70,6 +70,9 @@ class RobotKind(Member):
     modeled: ClassVar[bool] = False
     """Whether it is a whole MJCF model, with actuators of its own."""
 
+    passes_floor: ClassVar[bool] = False
+    """Whether parts of it may pass through the floor, which they never touch."""
+
     kind: str
 
     @classmethod

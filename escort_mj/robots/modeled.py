@@ -171,6 +171,12 @@ class ModeledKind(RobotKind):
         """Whether it cannot choose its height: all but what rises by itself."""
         return self.most_axes == 2
 
+    @property
+    def passes_floor(self) -> bool:  # type: ignore[override]
+        """Whether joints hold its height, so that no floor bears it."""
+        model = self.robot(1.0, 0.2)
+        return not (model.stands or model.drive.lifts)
+
     def coordinates(self, axes: int) -> int:
         """Return its number of generalized positions."""
         return self.robot(1.0, 0.2).coordinates

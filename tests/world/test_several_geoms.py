@@ -102,6 +102,71 @@ def test_a_robot_that_nothing_can_touch_is_refused(flown, tmp_path):
         flown(ghost, run=False)
 
 
+@pytest.mark.parametrize(
+    ("more", "words"),
+    [
+        ('margin="-0.15"', "margin -0.15 m .* 0.15 m inside it before a touch is found"),
+        ('margin="0.1" gap="-0.3"', "gap -0.3 m; .* 0.2 m inside it"),
+    ],
+)
+def test_a_robot_that_would_be_inside_what_it_touches_is_refused(more, words):
+    with pytest.raises(RobotError, match=f"the geom hub: found .*{words}"):
+        read_model(Source(text=slider(more=more), name="deep"))
+    assert read_model(Source(text=slider(more='margin="0.3" gap="-0.3"'), name="late"))
+
+
+def test_a_frame_that_stands_is_no_part_of_a_robot_that_can_touch():
+    post = '<mujoco><worldbody><body name="frame"><geom name="post" size="0.1" {more}/>'
+    crane = (
+        slider()
+        .replace("<mujoco><worldbody>", post)
+        .replace("</body></worldbody>", "</body></body></worldbody>")
+    )
+    with pytest.raises(RobotError, match="the geom post can touch something, and no joint moves it"):
+        read_model(Source(text=crane.format(more=""), name="crane"))
+    assert (
+        read_model(Source(text=crane.format(more='contype="0" conaffinity="0"'), name="rail")).drive.base
+        == "base"
+    )
+
+
+def test_slides_that_climb_are_refused():
+    climbing = slider().replace('axis="1 0 0"', 'axis="1 0 0.4"')
+    with pytest.raises(
+        RobotError, match="slides are not level: 1 m along a horizontal axis moves it 0.345 m"
+    ):
+        read_model(Source(text=climbing, name="ramp"))
+
+
+def test_the_base_of_a_robot_may_be_a_body_within_another(flown):
+    sideways = '<joint name="y" type="slide" axis="0 1 0"/>'
+    within = f'<geom name="bridge" size="0.05" mass="0.1"/><body name="trolley">{sideways}'
+    bridge = slider().replace(sideways, within).replace("</body></worldbody>", "</body></body></worldbody>")
+    run = flown(bridge, obstacles=[ROCK], expect=[{"contacts": "none"}])
+    assert not held(run)["contacts"] and run.trace["q"].values[-1, 0, 1] != 0.0
+
+
+def test_what_touches_by_pairs_alone_touches_what_a_mission_has(flown):
+    bumper = '<geom name="bumper" type="box" size="0.4 0.4 0.1" mass="0.1" contype="0" conaffinity="0"/>'
+    ground = '<geom name="ground" type="plane" size="5 5 1"/><body name="base"'
+    paired = (
+        slider(limb=bumper)
+        .replace('<body name="base"', ground)
+        .replace("<actuator>", '<contact><pair geom1="bumper" geom2="ground"/></contact><actuator>')
+    )
+    beside = {**ROCK, "position": [0, 0.6]}
+    assert held(flown(slider(limb=bumper), obstacles=[beside], expect=[{"contacts": "none"}]))["contacts"]
+    assert not held(flown(paired, obstacles=[beside], expect=[{"contacts": "none"}]))["contacts"]
+
+
+def test_touches_of_the_floor_are_not_asked_of_what_passes_through_it(flown):
+    arm = '<body><joint axis="0 1 0"/><geom type="capsule" size="0.05" fromto="0 0 0 1 0 0" mass="1"/></body>'
+    assert flown(slider(0.5, limb=arm), expect=[{"contacts": "none"}], run=False)
+    for side in ("robots", "robot_1"):
+        with pytest.raises(ScenarioError, match="floor, which robot_1 never touches"):
+            flown(slider(0.5, limb=arm), expect=[{"contacts": ["floor", side]}], run=False)
+
+
 @pytest.mark.parametrize(("bits", "other"), [((0, 0), "anything"), ((4, 4), "target"), ((1, 0), "robot_2")])
 def test_a_plugin_whose_hull_passes_through_bodies_is_refused(tmp_path, bits, other):
     (tmp_path / "odd.py").write_text(

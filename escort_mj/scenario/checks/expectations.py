@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from escort_mj.expectations.expectation import Expectation
+from escort_mj.expectations.expectation import Expectation, Sides
 from escort_mj.expectations.outcome import OutcomeExpectation
 from escort_mj.monitor.signals import FLOOR, GROUPS, ROBOTS, TARGET
 from escort_mj.numerics.steps import first_step, last_step
@@ -119,7 +119,8 @@ def check_sides(mission: Mission) -> Iterator[Finding]:
         del known[FLOOR]
     if scenario.target is None:
         del known[TARGET]
-    led = scenario.target is not None and scenario.target.drive is None
+    aloof = [f"robot_{i}" for i, kind in enumerate(mission.kinds, 1) if kind.passes_floor]
+    aloof += [TARGET] * (scenario.target is not None and scenario.target.drive is None)
     for index, expectation in enumerate(scenario.expect):
         sides = expectation.named_sides
         if sides is None:
@@ -127,7 +128,7 @@ def check_sides(mission: Mission) -> Iterator[Finding]:
         path: Path = ("expect", index, expectation.kind)
         wrong = {place: message for place, side in enumerate(sides) if (message := _side(side, known))}
         yield from (Finding((*path, place), message) for place, message in wrong.items())
-        if not wrong and (message := _impossible(expectation, sides, known, led)):
+        if not wrong and (message := _impossible(expectation, sides, known, aloof)):
             yield Finding(path, message)
 
 
@@ -153,15 +154,15 @@ def _side(side: str, known: dict[str, str]) -> str:
     )
 
 
-def _impossible(expectation: Expectation, sides: tuple[str, str], known: dict[str, str], led: bool) -> str:
+def _impossible(expectation: Expectation, sides: Sides, known: dict[str, str], aloof: list[str]) -> str:
     """Why two sides cannot meet; empty if they can."""
     bodies = {name for side in sides for name in _members(side, known)}
     if len(bodies) < 2:
         return f"found nothing but {bodies.pop()}, which cannot meet itself"
     if not expectation.of_floor and FLOOR in sides:
         return f"found the floor; clearances are measured between {', '.join(GROUPS)} and bodies of these"
-    if led and set(sides) == {TARGET, FLOOR}:
-        return "found the target and the floor; a target that is led (without target.body) never meets it"
+    if FLOOR in sides and (one := next((name for name in aloof if name in bodies), "")):
+        return f"found the floor, which {one} never touches: it is led (without a body), or joints hold it up"
     if not any(known[name] in (ROBOTS, TARGET) for name in bodies):
         return f"found {sides[0]} and {sides[1]}; expected robots or the target on one side at least"
     return ""

@@ -89,7 +89,7 @@ def _drives(model: mujoco.MjModel, team: Placement) -> dict[str, Array]:
     rows: list[DriveRow] = []
     inputs: list[Input] = []
     drives, owner = drives_of(team), np.full(len(team.mass), -1)
-    names = [f"_{drive.base}" if drive is not None and drive.base else "" for drive in drives]
+    names = [f"/{drive.base}" if drive is not None and drive.base else "" for drive in drives]
     bases = [model.body(f"robot_{i + 1}{name}").id for i, name in enumerate(names)]
     for i, drive in enumerate(drives):
         if drive is None:

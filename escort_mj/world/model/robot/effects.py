@@ -244,7 +244,8 @@ def solid_geoms(machine: Machine) -> list[int]:
 
     Raises:
         RobotError: If none can: nothing would ever meet the robot. Or if one touches something long before
-            that pushes back.
+            that pushes back, is inside it before that is found, or stands, so that MuJoCo lets it touch
+            nothing else that stands or is led.
     """
     model = machine.model
     ours = [geom for geom in range(model.ngeom) if model.geom_bodyid[geom] in machine.bodies]
@@ -253,10 +254,21 @@ def solid_geoms(machine: Machine) -> list[int]:
         found = f"contype and conaffinity of all {len(ours)} are 0" if ours else "it has none"
         raise RobotError(f"{machine.name}: none of its geoms can touch anything: {found}")
     for geom in solid:
-        if (gap := model.geom_gap[geom]) > LARGEST_GAP:
+        called, margin, gap = _called(model, geom), model.geom_margin[geom], model.geom_gap[geom]
+        if gap > LARGEST_GAP:
             raise RobotError(
-                f"{machine.name}: {_called(model, geom)}: found a gap of {gap:g} m; allowed is at most "
-                f"{LARGEST_GAP:g} m: what it touches would be so far inside it before anything pushes back"
+                f"{machine.name}: {called}: found a gap of {gap:g} m; allowed is at most {LARGEST_GAP:g} m: "
+                "what it touches would be so far inside it before anything pushes back"
+            )
+        if (least := margin + min(gap, 0.0)) < 0.0:
+            raise RobotError(
+                f"{machine.name}: {called}: found margin {margin:g} m and gap {gap:g} m; both together are "
+                f"at least 0 m, or bodies would be {-least:g} m inside it before a touch is found"
+            )
+        if model.body_weldid[model.geom_bodyid[geom]] == 0:
+            raise RobotError(
+                f"{machine.name}: {called} can touch something, and no joint moves it; make what stands an "
+                "obstacle of the scenario, or give it contype 0 and conaffinity 0"
             )
     return solid
 

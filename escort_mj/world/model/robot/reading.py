@@ -35,6 +35,8 @@ SECTIONS = ("asset", "actuator", "sensor", "tendon", "equality", "contact")
 OUTSIDE = ("joint", "tendon", "site", "body", "jointinparent", "cranksite")  # what actuators act on
 LEAST_MASS = 1e-9  # kg
 MARGIN = 1.0001  # of the hull, against rounding
+LEVEL = 1e-3  # m that slides may climb in 1 m
+PAIRED = 1 << 29  # contype of geoms that touch by <pair> alone; no other geom has the bit
 
 
 def read_model(source: Source) -> RobotModel:
@@ -73,6 +75,10 @@ def compiled(files: Files, name: str) -> tuple[mujoco.MjModel, Element]:
         for number, body in enumerate(spec.bodies):
             if not body.name:
                 body.name = f"unnamed_{number}"
+        for pair in spec.pairs:
+            for geom in (spec.geom(pair.geomname1), spec.geom(pair.geomname2)):
+                if geom is not None and not geom.contype | geom.conaffinity:
+                    geom.contype = PAIRED
         for number, actuator in enumerate(spec.actuators):
             if not actuator.name:
                 actuator.name = f"unnamed_{number + 1}"
@@ -261,10 +267,21 @@ def _own_coordinates(machine: Machine) -> tuple[float, ...]:
 
 
 def _way(machine: Machine, drive: DriveModel, freedoms: list[int]) -> tuple[tuple[float, ...], ...]:
-    """Generalized velocities for a velocity of 1 of the controlled point, without turning, (freedoms, 3)."""
+    """Generalized velocities for a velocity of 1 of the controlled point, without turning, (freedoms, 3).
+
+    Raises:
+        RobotError: If the robot rises or sinks on its way, and cannot choose its height.
+    """
     found = np.zeros((machine.model.nv, 3))
-    inverse = np.linalg.pinv(machine.jacobian(np.array(drive.point))[:, machine.base_freedoms], rcond=1e-9)
+    jacobian = machine.jacobian(np.array(drive.point))
+    inverse = np.linalg.pinv(jacobian[:, machine.base_freedoms], rcond=1e-9)
     found[machine.base_freedoms] = inverse[:, :3] @ machine.rotation.T
+    climb = float(np.abs((machine.rotation @ jacobian[:3] @ found)[2, :2]).max())
+    if climb > LEVEL and not drive.lifts:
+        raise RobotError(
+            f"{machine.name}: its slides are not level: 1 m along a horizontal axis moves it {climb:.3g} m "
+            "up or down; a robot that cannot rise by itself stays at one height"
+        )
     return tuple(tuple(map(float, row)) for row in found[freedoms])
 
 
