@@ -110,12 +110,17 @@ def _limit_rows(setup: MissionSetup) -> list[float]:
 
 
 @inlined
+def stacked(i: int, phase: int, plan: Plan, state: State) -> Any:
+    """Which of robots i to i + 7 have the priority stack of a phase; some may hold what it last gave them."""
+    here = there(state.q.shape[0] - i)
+    return here if plan.alike else here & (abs(load(state.phase, i) - float(phase)) < 0.5)
+
+
+@inlined
 def ruled(i: int, phase: int, plan: Plan, state: State) -> Any:
     """Which of robots i to i + 7 run their outer loop now, by the priority stack of a phase."""
-    here = there(state.q.shape[0] - i)
-    if plan.alike:
-        return here
-    return here & (abs(load(state.phase, i) - float(phase)) < 0.5) & (load(state.fresh, i) > 0.5)
+    mine = stacked(i, phase, plan, state)
+    return mine if plan.alike else mine & (load(state.fresh, i) > 0.5)
 
 
 @merged

@@ -32,7 +32,8 @@ class Trigger(Component):
     A robot updates its reference velocity when it has moved, relative to the target, by more than `distance
     + share * |w| / gain` since the last update. Here w is the held velocity relative to the target, and
     gain is that of the first escort behavior; |w| / gain approximates the remaining distance. A robot also
-    updates while avoidance is active, and when its phase changes or any robot fails.
+    updates while avoidance is active, and when its phase changes or any robot fails. Outer loops that keep
+    conditions on velocities keep them at every step.
     """
 
     distance: PositiveFloat = 0.05

@@ -8,7 +8,7 @@ from typing import Annotated, Any
 from escort_mj.components.component import OUTSIDE, block_at, number_of, reader
 from escort_mj.components.dispatch import one_of
 from escort_mj.components.setup import MissionSetup
-from escort_mj.control.nsb import compose, ruled
+from escort_mj.control.nsb import compose, ruled, stacked
 from escort_mj.control.outer_loops import OUTER_LOOPS, OuterLoop
 from escort_mj.native.fields import Array, Fields, Value
 from escort_mj.native.kernels import inlined, reachable
@@ -56,10 +56,10 @@ def reference_velocities(i: int, plan: Plan, state: State, moved: bool) -> None:
         moved: Whether this is the first evaluation at the present time.
     """
     for phase in range(plan.phase_first.shape[0]):
-        if not any_of(ruled(i, phase, plan, state)):
+        if not any_of(stacked(i, phase, plan, state)):
             continue
         if plan.outer != OUTSIDE:
-            if plan.outer_composes:
+            if plan.outer_composes and any_of(ruled(i, phase, plan, state)):
                 compose(i, phase, plan, state)
                 if state.residual.shape[0] > 0:
                     _add_residual(i, phase, plan, state)

@@ -119,3 +119,27 @@ def test_a_robot_at_rest_makes_room_for_one_that_is_pushed_at_it(toward: int, wo
     awake = int(np.flatnonzero((time > 1.0) & (speed > 0.05))[0])
     gap = float(np.linalg.norm(place[awake, 1] - place[awake, woken - 1])) - 0.4
     assert gap > 1.0
+
+
+@pytest.mark.parametrize("speed", [1.5, 4.0])
+def test_a_robot_that_holds_its_velocity_makes_room(speed: float, compiled):
+    """A trigger lets go of updates, not of conditions: a ball comes at a robot that rests at its goal."""
+    scenario = Scenario(
+        duration=5.0, target=None,
+        robots={"radius": 0.15, "positions": [[0.0, 0.1]]},
+        obstacles=[{"radius": 0.3, "motion": {"position": [f"-4 + {speed}*t", "0"]}}],
+        mission={
+            "max_speed": 2.0, "outer": "set_based",
+            "behaviors": [
+                {"behavior": "avoid_obstacles", "safe_distance": 0.3},
+                {"behavior": "goal", "goals": [[0.0, 0.1]]},
+            ],
+        },
+    )  # fmt: skip
+    every, held = (
+        run(scenario.replace({"mission.trigger": trigger}))
+        for trigger in (None, {"longest": 10, "distance": 0.5})
+    )
+    assert held.trace["outer_updates"].values[-1] < 0.5 * every.trace["outer_updates"].values[-1]
+    clearance = "obstacle_clearance_min"
+    assert held.values[clearance] == pytest.approx(every.values[clearance], abs=1e-3)

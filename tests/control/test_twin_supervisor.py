@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from escort_mj.behaviors import Surface
+from escort_mj.control.outer_loops import BarrierFilter, Nsb, OuterLoop, SetBased
 from escort_mj.control.trigger import Trigger
 from escort_mj.rules.quantities import ObstacleDistance, RobotDistance, TargetDistance, TargetObstacleDistance
 from escort_mj.scenario.schema.scenario import Phase
@@ -22,6 +23,7 @@ from tests.control.twins import (
 )
 from tests.oracle.reference import ReferenceController
 
+TRIGGER = Trigger(distance=0.2, share=0.05, dwell=0.004, longest=0.01)
 PHASES = (
     Phase(behaviors=(SURFACE, AVOID), after=0.004, before=0.012),
     Phase(behaviors=(AVOID, SURFACE), when=ObstacleDistance(below=1.5, release=2.0)),
@@ -36,12 +38,16 @@ PHASES = (
 
 @pytest.mark.crossed
 @pytest.mark.parametrize("axes", [2, 3])
-@pytest.mark.parametrize("trigger", [None, Trigger(distance=0.2, share=0.05, dwell=0.004, longest=0.01)])
-def test_every_phase_and_the_trigger(trigger: Trigger | None, axes: int) -> None:
+@pytest.mark.parametrize(
+    ("trigger", "outer"),
+    [(None, Nsb()), *((TRIGGER, outer) for outer in (Nsb(), BarrierFilter(), SetBased()))],
+    ids=["no trigger", "nsb", "barrier_filter", "set_based"],
+)
+def test_every_phase_and_the_trigger(trigger: Trigger | None, outer: OuterLoop, axes: int) -> None:
     seen: set[float] = set()
     for seed in range(4):
         setup, q, v = mission(axes, seed=20 + seed)
-        setup = replace(setup, phases=PHASES, trigger=trigger)
+        setup = replace(setup, phases=PHASES, trigger=trigger, outer=outer)
         rng = np.random.default_rng(seed)
         kernel, twin = Kernel(setup), ReferenceController(setup, stride=1)
         twin.reset(q)

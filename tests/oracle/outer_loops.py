@@ -125,12 +125,18 @@ def _velocities_of_barrier_filter(
     """
     escorting, avoiding = split(behaviors)
     active = np.zeros(len(now.q), dtype=bool)
-    velocity, _ = outer_loop(escorting, now)
+    velocity = escorting_velocity(escorting, now)
     for avoid in avoiding:
         rules = Rules(loop.rate, UNLIMITED, 0.0, 0.0, 0.0, 0.0)
         for i, found in enumerate(constraints_of(avoid, rules, now)):
             velocity[i], active[i] = filtered(found, velocity[i])
     return slowed(velocity, now.setup.max_speed), active
+
+
+def escorting_velocity(behaviors: tuple[Behavior, ...], now: Situation) -> Array:
+    """Return what escort behaviors want, or what robots hold of it, shape (n, p) [m/s]."""
+    velocity, _ = outer_loop(behaviors, now)
+    return velocity if now.held is None else np.where(np.isnan(now.held), velocity, now.held)
 
 
 def filtered(found: Constraints, wanted: Array) -> tuple[Array, bool]:

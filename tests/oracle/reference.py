@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 import tests.oracle.set_based  # noqa: F401 (registers its velocities)
 from escort_mj.components.views import LawView
+from escort_mj.control.outer_loops import BarrierFilter, SetBased
 from escort_mj.control.setup import Setup
 from tests.oracle.behaviors import turned_rotation
 from tests.oracle.conflicts import Tasks, weigh
@@ -261,9 +262,12 @@ class ReferenceController:
         memory = {name: array.copy() for name, array in self._memory.items()}
         for number in sorted(set(phase.tolist())):
             stack = self._supervisor.stack(number)
-            then = replace(now, memory={name: array.copy() for name, array in self._memory.items()})
+            then = replace(
+                now, held=np.where(fresh[:, None], np.nan, self._v_d),
+                memory={name: array.copy() for name, array in self._memory.items()},
+            )  # fmt: skip
             wanted, active = velocities(self.setup.outer, stack, then)
-            mine = (phase == number) & fresh
+            mine = (phase == number) & (fresh | isinstance(setup.outer, SetBased | BarrierFilter))
             for name, array in then.memory.items():
                 memory.setdefault(name, array.copy())[mine] = array[mine]
             v_d[mine], avoiding[mine] = wanted[mine], active[mine]

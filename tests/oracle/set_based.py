@@ -20,7 +20,7 @@ from escort_mj.control.outer_loops.set_based import SetBased
 from escort_mj.control.setup import Setup
 from tests.oracle.constraints import Constraints, constraints_of, turned
 from tests.oracle.nearest_velocity import aside, broken_least, contradicting, kept_limit, nearest
-from tests.oracle.outer_loops import outer_loop, slowed, split, velocities
+from tests.oracle.outer_loops import escorting_velocity, slowed, split, velocities
 from tests.oracle.task import Situation
 
 Array = NDArray[np.float64]
@@ -34,7 +34,7 @@ def _velocities_of_set_based(
     """Return the escort behaviors' velocities, changed by as little as safety takes, and whose are."""
     escorting, avoiding = split(behaviors)
     active = np.zeros(len(now.q), dtype=bool)
-    velocity, _ = outer_loop(escorting, now)
+    velocity = escorting_velocity(escorting, now)
     rules, memory = loop.rules(now.setup), now.memory
     for name, empty in memory_of(now.setup).items():
         memory.setdefault(name, empty)

@@ -42,6 +42,8 @@ class Situation:
         time: [s].
         threats: What each robot guards against; None without opponents.
         members: Team of each robot, from 0, shape (n,); None where all are one team.
+        held: Velocities that robots hold, NaN for those that run their outer loops now, shape (n, p) [m/s];
+            None where all do.
         memory: State of the outer loop, arrays of shape (n,) by name; changed.
     """
 
@@ -60,6 +62,7 @@ class Situation:
     threats: Threats | None = None
     members: NDArray[np.int64] | None = None
     heard: Heard | None = None
+    held: Array | None = None
     memory: dict[str, Array] = field(default_factory=dict)
     _known: dict[Any, Any] = field(default_factory=dict, repr=False, compare=False)
 

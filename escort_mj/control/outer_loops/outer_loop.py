@@ -46,10 +46,9 @@ class OuterLoop(Component):
 
 
 @merged
-def runs_now(robot: int, phase: int, plan: "Plan", state: "State") -> bool:
-    """Whether a robot is left and runs its outer loop now, by the priority stack of a phase."""
-    now = plan.alike or (int(state.phase[robot]) == phase and state.fresh[robot] != 0.0)
-    return now and state.lost[robot] == 0.0
+def keeps_clear(robot: int, phase: int, plan: "Plan", state: "State") -> bool:
+    """Whether a robot is left and has the priority stack of a phase, be its velocity new or held."""
+    return (plan.alike or int(state.phase[robot]) == phase) and state.lost[robot] == 0.0
 
 
 @merged

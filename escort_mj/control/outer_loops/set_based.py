@@ -13,7 +13,7 @@ from escort_mj.behaviors.bodies import obstacle_body, teammate_body
 from escort_mj.behaviors.robots import Robots, robots_at
 from escort_mj.components.parameters import UNLIMITED
 from escort_mj.components.setup import MissionSetup
-from escort_mj.control.nsb import avoidance_of, ruled
+from escort_mj.control.nsb import avoidance_of, stacked
 from escort_mj.control.outer_loops.constraints import (
     MOST,
     Constraints,
@@ -38,7 +38,7 @@ from escort_mj.control.outer_loops.nearest_velocity import (
     nearest_velocity,
     step_aside,
 )
-from escort_mj.control.outer_loops.outer_loop import OuterLoop, runs_now, slow_down
+from escort_mj.control.outer_loops.outer_loop import OuterLoop, keeps_clear, slow_down
 from escort_mj.control.outer_loops.passing import (
     FASTER,
     Clearance,
@@ -153,12 +153,12 @@ class SetBased(OuterLoop):
                 continue
             clearance = Clearance(level, avoidance_of(level, plan), rules)
             busy = _may_bind(clearance, r) + abs(load(state.detour, i))
-            mine = ruled(i, phase, plan, state)
+            mine = stacked(i, phase, plan, state)
             store(state.detour_for, i, where(mine & (busy < 0.5), 0.0, load(state.detour_for, i)))
             if any_of(mine & (busy > 0.5)):
                 store(state.detour_near, i, busy)
                 for robot in range(i, min(i + WIDTH, n)):
-                    if state.detour_near[robot] > 0.5 and runs_now(robot, phase, plan, state):
+                    if state.detour_near[robot] > 0.5 and keeps_clear(robot, phase, plan, state):
                         _filter_velocity(robot, self.patience, self.turn_back, clearance, plan, state)
                         slow_down(robot, plan, state)
             store(state.detour_time, i, where(mine, state.time[0], load(state.detour_time, i)))
