@@ -7,7 +7,7 @@ from escort_mj.behaviors.robots import Robots
 from escort_mj.behaviors.task import Inequality, Task, across, at_least, both, keep, keep_distance, move, only
 from escort_mj.components.equations import Memory
 from escort_mj.components.facts import Facts, Misfit
-from escort_mj.components.parameters import Vector
+from escort_mj.components.parameters import Speed, Vector
 from escort_mj.disturbances import Disturbance
 from escort_mj.disturbances.disturbance import Robots as TrueRobots
 from escort_mj.disturbances.wind import Wind, drag, toward
@@ -64,6 +64,7 @@ __all__ = [
     "move",
     "only",
     "Sensor",
+    "Speed",
     "Values",
     "Vec",
     "Vector",
