@@ -29,6 +29,7 @@ BLADE = (
     '<body name="bar"><joint name="spin" type="hinge" axis="0 0 1"/>'
     '<geom type="box" size="0.5 0.01 0.05" mass="0.05"/></body>'
 )
+AXES = {"x": "1 0 0", "y": "0 1 0", "z": "0 0 1"}
 ROCK = {"name": "rock", "position": [0, 0.1], "radius": 0.3}
 
 
@@ -167,7 +168,14 @@ def test_touches_of_the_floor_are_not_asked_of_what_passes_through_it(flown):
             flown(slider(0.5, limb=arm), expect=[{"contacts": ["floor", side]}], run=False)
 
 
-@pytest.mark.parametrize(("bits", "other"), [((0, 0), "anything"), ((4, 4), "target"), ((1, 0), "robot_2")])
+@pytest.mark.parametrize(
+    ("bits", "other"),
+    [
+        ((0, 0), "geoms that cannot touch anything"),
+        ((4, 4), "cannot touch target"),
+        ((1, 0), "cannot touch robot_2"),
+    ],
+)
 def test_a_plugin_whose_hull_passes_through_bodies_is_refused(tmp_path, bits, other):
     (tmp_path / "odd.py").write_text(
         "from typing import ClassVar, Literal\nfrom escort_mj.plugins import RobotKind\n\n\n"
@@ -177,8 +185,32 @@ def test_a_plugin_whose_hull_passes_through_bodies_is_refused(tmp_path, bits, ot
         f"        parts['body'].set('conaffinity', '{bits[1]}')\n"
     )
     (tmp_path / "odd.yaml").write_text("plugins: [odd.py]\nrobots: {count: 2, kind: odd}\n")
-    with pytest.raises(ScenarioError, match=f"robot 1, a odd, cannot touch {other}"):
+    with pytest.raises(ScenarioError, match=f"robot 1, a odd, .*{other}"):
         build(load_file(tmp_path / "odd.yaml"))
+
+
+def test_a_plugin_whose_arm_alone_passes_through_bodies_is_refused(tmp_path):
+    joints = "".join(f'<joint name="{a}" type="slide" axis="{v}"/>' for a, v in AXES.items())
+    motors = "".join(f'<motor name="{axis}" joint="{axis}"/>' for axis in AXES)
+    arm = '<geom name="arm" type="capsule" size="0.05" fromto="0 0 0 0 1 0" contype="4" conaffinity="4"/>'
+    hull = '<geom name="body" type="sphere" size="0.2" mass="1"/>'
+    body = f'<worldbody><body name="robot">{joints}{hull}{arm}</body></worldbody>'
+    (tmp_path / "limb.py").write_text(
+        "from typing import ClassVar, Literal\nfrom escort_mj.plugins import RobotKind\n\n\n"
+        "class Limb(RobotKind):\n    kind: Literal['limb'] = 'limb'\n"
+        f"    mjcf: ClassVar[str] = '<mujoco>{body}<actuator>{motors}</actuator></mujoco>'\n"
+    )
+    (tmp_path / "limb.yaml").write_text("plugins: [limb.py]\nrobots: {count: 2, kind: limb}\n")
+    with pytest.raises(ScenarioError, match="robot 1, a limb, has geoms that cannot touch anything"):
+        build(load_file(tmp_path / "limb.yaml"))
+
+
+def test_a_flex_is_no_part_of_a_robot_that_a_mission_takes():
+    sail = (
+        '<flexcomp name="sail" type="grid" count="3 3 1" spacing=".2 .2 .2" dim="2" mass=".1" rigid="true"/>'
+    )
+    with pytest.raises(RobotError, match="has the flex sail"):
+        read_model(Source(text=slider(limb=sail), name="boat"))
 
 
 def test_clearance_is_that_of_an_arm_that_leaves_the_hull(flown):

@@ -23,7 +23,7 @@ from escort_mj.mjcf import section
 from escort_mj.scenario.geometry.bodies import Bodies
 from escort_mj.scenario.geometry.placement import Placement
 from escort_mj.world.loop.addresses import geom_bodies
-from escort_mj.world.model.robot.flat import BITS
+from escort_mj.world.model.robot.flat import BITS, FLOOR_BITS
 
 Masks = frozenset[tuple[int, int]]
 
@@ -97,7 +97,7 @@ def check_pairs(model: mujoco.MjModel, bodies: Bodies, kinds: Sequence[str]) -> 
         if len(pair) == 2 and min(pair) < len(kinds):
             raise ScenarioError([_apart(names, kinds, *sorted(pair))])
     for robot in range(len(kinds)):
-        if not masks[robot]:
+        if not masks[robot] or any(not (a | b) & FLOOR_BITS for a, b in masks[robot]):
             raise ScenarioError([_apart(names, kinds, robot, None)])
     roots = {model.body(name).id: place for place, name in enumerate(names) if masks[place]}
     for signature in model.exclude_signature:
@@ -118,9 +118,9 @@ def _masks(model: mujoco.MjModel, names: Sequence[str]) -> list[Masks]:
 
 
 def _apart(names: Sequence[str], kinds: Sequence[str], robot: int, other: int | None) -> Fault:
-    what = "anything" if other is None else names[other]
+    what = "cannot touch " + names[other] if other is not None else "has geoms that cannot touch anything"
     return Fault(
-        f"robot {robot + 1}, a {kinds[robot]}, cannot touch {what}: the masks contype and conaffinity of "
+        f"robot {robot + 1}, a {kinds[robot]}, {what}: the masks contype and conaffinity of "
         f"their geoms share no bit; a body that can be touched has contype {BITS} and conaffinity {BITS}",
         "robots.kind",
     )

@@ -185,6 +185,12 @@ def _check(machine: Machine) -> None:
                 f"{name}: the actuator {model.actuator(actuator).name} acts on {what}, which is no part of "
                 f"the robot {root}"
             )
+    for flex in range(model.nflex):
+        first = model.flex_vertadr[flex]
+        held = model.flex_vertbodyid[first : first + model.flex_vertnum[flex]]
+        if np.isin(held, machine.bodies).any():
+            called = mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_FLEX, flex)
+            raise RobotError(f"{name}: has the flex {called}; expected bodies with geoms alone")
     if machine.mass < LEAST_MASS:
         raise RobotError(f"{name}: has no mass; give its geoms a mass, or its bodies an inertial")
     if not np.isfinite(machine.data.qacc).all() or not np.isfinite(machine.mass_matrix).all():
