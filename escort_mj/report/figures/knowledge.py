@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -35,6 +36,10 @@ from escort_mj.report.figures.losses import heard_links, lost_keys
 from escort_mj.report.figures.teams import colored, colors_at
 
 Array = NDArray[np.float64]
+Panels = list[tuple[float, Callable[[Axes, str, Recorded], list[Key]]]]
+"""Heights of panels [inches], and what draws them and returns further legend entries."""
+
+KNOWN = 1e-9  # error of an estimate of who knows his target, by rounding [m]
 
 APART: dict[str, Any] = {"color": palette.CONTACT, "alpha": 0.10, "linewidth": 0}
 SIGHT: dict[str, Any] = {"linestyle": (0, (2, 1.2)), "linewidth": 0.9}
@@ -44,40 +49,75 @@ GHOST: dict[str, Any] = {"linestyle": "none", "marker": "+", "markersize": 7, "a
 
 def knowledge_height(trace: Recorded, width: float) -> float:
     """Height of `knowledge` [inches]."""
-    return 5.0 + (1 + ("heard_from" in trace)) * lanes_height(trace.sizes["robot"])
+    return 1.7 + sum(height for height, _ in _panels(trace))
 
 
 def knowledge(figure: Figure, trace: Recorded) -> None:
-    """Errors and ages of estimates, who sees the target, and how many teammates each robot hears."""
-    time, count, gone = trace["time"].values, trace.sizes["robot"], lost(trace)
-    colors, radio = palette.robot_colors(count), "heard_from" in trace
-    lane = lanes_height(count)
-    grid = figure.subplots(3 + radio, 1, sharex=True, height_ratios=[2.0, 1.3, *[lane] * (1 + radio)])
-    keys = curve_keys(count, "running rms (a), mean (b)")
-    grid[0].set_title("(a) Error of the estimated target position")
-    grid[0].set_ylabel("error [m]")
-    error = np.linalg.norm(trace["target_estimate"].values - own_targets(trace), axis=2)
-    draw_curves(grid[0], time, error, colors, running_rms, lost=gone)
-    variance = np.trace(trace["target_covariance"].values, axis1=2, axis2=3)
-    if variance.any():
-        expected = 2.0 * np.sqrt(np.apply_along_axis(lambda one: running_mean(time, one), 0, variance))
-        dashed_curves(grid[0], time, expected, colors)
-        keys.append(("2σ that the robot expects", Line2D([], [], color="#777777", linestyle=SECOND)))
-    log_scale(grid[0])
-    grid[1].set_title("(b) Age of the newest measurement of the target")
-    grid[1].set_ylabel("age [s]")
-    draw_curves(grid[1], time, trace["information_age"].values, colors, running_mean, lost=gone)
-    grid[1].set_ylim(bottom=0.0)
-    lanes(grid[2], time, (trace["target_seen"].values > 0) & ~gone, "(c) Sees the target")
-    if radio:
-        _hearing(grid[3], trace)
+    """Errors and ages of estimates, who sees the target, whom each robot hears, and which messages are lost.
+
+    Of robots that know their target, the first three are left out.
+    """
+    panels, count = _panels(trace), trace.sizes["robot"]
+    averaged = len(panels) > 2 or count > palette.MOST_LINES
+    keys = curve_keys(count, "running rms (error), mean (age)") if averaged else []
+    heights = [height for height, _ in panels]
+    grid = figure.subplots(len(panels), 1, sharex=True, height_ratios=heights, squeeze=False)[:, 0]
+    for letter, axes, (_, draw) in zip("abcde", grid, panels, strict=False):
+        keys += draw(axes, f"({letter})", trace)
+    if "heard_from" in trace:
         views: list[Recorded] = [of_team(trace, name) for name in team_names(trace)] or [trace]
         apart = np.any([parts(view) > 1 for view in views], axis=0)
         if apart.any():
-            _shade(grid, time, apart)
+            _shade(grid, trace["time"].values, apart)
             keys.append(("a team in parts" if team_names(trace) else "team in parts", Patch(**APART)))
-    timeline(grid, time)
+    timeline(grid, trace["time"].values)
     name_robots(figure, grid, count, [*keys, *lost_keys(trace)])
+
+
+def _panels(trace: Recorded) -> Panels:
+    """The panels of a mission: those of the target only where a robot does not know it."""
+    lane, ages, gone = lanes_height(trace.sizes["robot"]), trace["information_age"].values, lost(trace)
+    told = (
+        _errors(trace).max(initial=0.0) < KNOWN
+        and not ages.any()
+        and trace["target_seen"].values[~gone].all()
+    )
+    found: Panels = [(lane, _hearing), (1.3, _losses)] if "heard_from" in trace else []
+    return found if found and told else [(2.0, _estimates), (1.3, _ages), (lane, _sight), *found]
+
+
+def _errors(trace: Recorded) -> Array:
+    """Distance of each robot's estimate from its target [m]."""
+    return np.linalg.norm(trace["target_estimate"].values - own_targets(trace), axis=2)
+
+
+def _estimates(axes: Axes, letter: str, trace: Recorded) -> list[Key]:
+    time, colors = trace["time"].values, palette.robot_colors(trace.sizes["robot"])
+    axes.set_title(f"{letter} Error of the estimated target position")
+    axes.set_ylabel("error [m]")
+    draw_curves(axes, time, _errors(trace), colors, running_rms, lost=lost(trace))
+    variance, keys = np.trace(trace["target_covariance"].values, axis1=2, axis2=3), list[Key]()
+    if variance.any():
+        expected = 2.0 * np.sqrt(np.apply_along_axis(lambda one: running_mean(time, one), 0, variance))
+        dashed_curves(axes, time, expected, colors)
+        keys.append(("2σ that the robot expects", Line2D([], [], color="#777777", linestyle=SECOND)))
+    log_scale(axes)
+    return keys
+
+
+def _ages(axes: Axes, letter: str, trace: Recorded) -> list[Key]:
+    time, colors = trace["time"].values, palette.robot_colors(trace.sizes["robot"])
+    axes.set_title(f"{letter} Age of the newest measurement of the target")
+    axes.set_ylabel("age [s]")
+    draw_curves(axes, time, trace["information_age"].values, colors, running_mean, lost=lost(trace))
+    axes.set_ylim(bottom=0.0)
+    return []
+
+
+def _sight(axes: Axes, letter: str, trace: Recorded) -> list[Key]:
+    sees = (trace["target_seen"].values > 0) & ~lost(trace)
+    lanes(axes, trace["time"].values, sees, f"{letter} Sees the target")
+    return []
 
 
 def mark_known(axes: Axes, trace: Recorded, moment: int) -> None:
@@ -141,20 +181,31 @@ def known_keys(trace: Recorded) -> list[Key]:
     return keys
 
 
-def _hearing(axes: Axes, trace: Recorded) -> None:
+def _hearing(axes: Axes, letter: str, trace: Recorded) -> list[Key]:
     """How many teammates each robot hears, with teams robots of all of them."""
     heard = (trace["heard_from"].values > 0).sum(axis=2)
     heard[lost(trace)] = 0
-    count, title = trace.sizes["robot"], "(d) Robots heard" if team_names(trace) else "(d) Teammates heard"
+    count, title = trace.sizes["robot"], f"{letter} {'Robots' if team_names(trace) else 'Teammates'} heard"
     if count <= palette.MOST_DISTINCT:
         most = trace.sizes["slot"]
-        title = f"{title} (a full lane: {most})"
-        lanes(axes, trace["time"].values, heard / most, title)
+        lanes(axes, trace["time"].values, heard / most, f"{title} (a full lane: {most})")
     else:
         draw_curves(axes, trace["time"].values, heard.astype(float), palette.robot_colors(count))
         axes.set_title(title)
         axes.set_ylabel("robots")
         axes.set_ylim(bottom=0.0)
+    return []
+
+
+def _losses(axes: Axes, letter: str, trace: Recorded) -> list[Key]:
+    """The share of all messages to each robot so far that are lost on the way."""
+    gone, heard = trace["messages_lost"].values, trace["messages_heard"].values
+    share = 100.0 * gone / np.maximum(gone + heard, 1.0)
+    draw_curves(axes, trace["time"].values, share, palette.robot_colors(trace.sizes["robot"]))
+    axes.set_title(f"{letter} Messages to the robot that were lost so far")
+    axes.set_ylabel("share [%]")
+    axes.set_ylim(bottom=0.0)
+    return []
 
 
 def _shade(grid: NDArray[np.object_], time: Array, apart: NDArray[np.bool_]) -> None:

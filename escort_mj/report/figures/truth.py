@@ -56,10 +56,10 @@ def truth(figure: Figure, trace: Recorded) -> None:
         axes.set_ylabel("J")
         log_scale(axes)
         _causes(panels["causes"], trace)
-    bottom = [panels[name] for name in rows[-1]]
     timeline(panels.values(), time)
-    for axes in bottom:
-        axes.set_xlabel("time [s]")
+    for name in {*rows[0], *rows[-1]}:  # those above others are narrower
+        panels[name].tick_params(labelbottom=True)
+        panels[name].set_xlabel("time [s]")
     grey: dict[str, Any] = {"color": "#777777", "linewidth": 1.3}
     keys: list[Key] = [
         ("largest eigenvalue, estimate", Line2D([], [], linestyle=SECOND, **grey)),

@@ -405,7 +405,8 @@ class Results:
 def unit_of(key: str) -> str:
     """SI unit of a scenario key, as its documentation has it; empty for none."""
     found = re.search(r"\[([^\]]+)\]", locate(parse_key_path(key) or ()).meaning)
-    return found[1] if found and " or " not in found[1] else ""
+    units = found[1].split(" or ") if found else [""]  # of positions, or of velocities
+    return units[-1 if "velocity" in key else 0]
 
 
 def spreads_by_factors(numbers: Sequence[float]) -> bool:

@@ -186,6 +186,20 @@ def test_paths_in_space_hold_all_their_words(make_run, width):
         assert_words_inside(figure_of(trace, "paths"))
 
 
+def test_labels_in_space_lie_beside_the_color_bar_and_above_the_legend(make_run):
+    with looking(look_of("page")):
+        canvas = figure_of(read_run(make_run(count=30, axes=3)).trace, "paths")
+    canvas.draw_without_rendering()
+    axes, bar = (one.get_tightbbox() for one in canvas.axes)
+    assert axes.x1 < bar.x0 and axes.y0 > canvas.legends[0].get_window_extent().y1
+
+
+def test_panels_of_the_truth_that_share_no_width_have_their_own_times(make_run):
+    canvas = figure_of(read_run(make_run(obstacles=0, truth="lyapunov")).trace, "truth")
+    labels = [axes.get_xlabel() for axes in canvas.axes]
+    assert labels == ["time [s]", "time [s]", "", "time [s]"]
+
+
 def assert_words_inside(canvas):
     canvas.draw_without_rendering()
     renderer, (_, _, right, top) = canvas.canvas.get_renderer(), canvas.bbox.extents

@@ -51,10 +51,16 @@ def words(canvas):
 
 def test_errors_ages_sight_and_hearing_share_their_time(trace):
     canvas = drawn(trace, "knowledge")
-    errors, ages, sight, hearing = canvas.axes
-    assert [axes.get_ylabel() for axes in canvas.axes] == ["error [m]", "age [s]", "robot", "robot"]
+    errors, ages, sight, hearing, losses = canvas.axes
+    assert [axes.get_ylabel() for axes in canvas.axes] == [
+        "error [m]",
+        "age [s]",
+        "robot",
+        "robot",
+        "share [%]",
+    ]
     assert all(axes.get_xlim() == (0.0, TIME[-1]) for axes in canvas.axes)
-    assert hearing.get_xlabel() == "time [s]" and "full lane: 2" in hearing.get_title(loc="left")
+    assert losses.get_xlabel() == "time [s]" and "full lane: 2" in hearing.get_title(loc="left")
     assert errors.get_yscale() == "log"
     of_last = [line for line in errors.lines if line.get_color() == palette.robot_colors(N)[3]]
     assert {round(float(line.get_ydata()[90]), 9) for line in of_last} == {1.0, 0.4}  # and 2 sigma
@@ -64,6 +70,21 @@ def test_errors_ages_sight_and_hearing_share_their_time(trace):
     assert filled(sight, palette.robot_colors(N)[1]) == []
     for axes in canvas.axes:
         assert filled(axes, palette.CONTACT) == [(10.0, 15.0)]
+
+
+def test_of_robots_that_know_their_target_it_is_whom_they_hear_and_which_messages_are_lost(trace):
+    known = {"target_seen": [1] * N, "target_estimate": 0.0, "information_age": 0.0, "target_covariance": 0.0}
+    counts = {"messages_lost": [1.0] * N, "messages_heard": [3.0] * N}
+    canvas = drawn(
+        make_trace(TIME, robots=N, q=PLACES, heard_from=trace["heard_from"].values, **known, **counts),
+        "knowledge",
+    )
+    hearing, losses = canvas.axes
+    assert hearing.get_title(loc="left").startswith("(a) Teammates heard")
+    assert losses.get_ylabel() == "share [%]" and {
+        *np.ravel([line.get_ydata() for line in losses.lines])
+    } == {25.0}
+    assert words(canvas) == {*(f"robot {i + 1}" for i in range(N)), "team in parts"}
 
 
 def filled(axes, color):

@@ -123,6 +123,7 @@ def test_runs_that_are_not_made_yet_are_missing(tmp_path: Path) -> None:
 
 def test_levels_in_words() -> None:
     assert word({"law": "pd", "kp": 3}) == "pd" and word(0.1 + 0.2) == "0.3" and word([1, 2]) == "[1, 2]"
+    assert unit_of("sensing.position.noise") == "m" and unit_of("sensing.velocity.bias") == "m/s"
     assert unit_of("robots.mass") == "kg" and unit_of("controller") == "" == unit_of("no.such")
     assert spreads_by_factors([0.2, 0.5, 1, 2, 5]) and not spreads_by_factors([1, 2, 3, 4, 5])
     assert not spreads_by_factors([0, 1, 10]) and not spreads_by_factors([1, 1.1, 1.2])

@@ -249,10 +249,13 @@ def _columns(words: Sequence[str], figure: Figure) -> int:
 
 
 def room_in_space(figure: Figure, axes: Any) -> float:
-    """By how much 3-D axes are to shrink for their labels to be inside of the figure; 1 if they are."""
+    """By how much 3-D axes are to shrink for their labels to lie on nothing else; 1 if they do."""
     root = figure.get_figure(root=True)
     root.draw_without_rendering()
-    drawn, middle = axes.get_tightbbox(), (axes.bbox.x0 + axes.bbox.x1) / 2
-    reach = max(drawn.x1 - middle, middle - drawn.x0)
-    room = min(figure.bbox.x1 - middle, middle - figure.bbox.x0) - EDGE * root.dpi
-    return float(min(1.0, room / reach))
+    drawn, box, edge = axes.get_tightbbox(), axes.bbox, EDGE * root.dpi
+    x, y = (box.x0 + box.x1) / 2, (box.y0 + box.y1) / 2
+    beside = [one.bbox.x0 for one in figure.axes if one is not axes]  # color bars
+    right = min([figure.bbox.x1, *(left for left in beside if left > x)]) - edge
+    bottom = max([figure.bbox.y0, *(one.get_window_extent().y1 for one in figure.legends)]) + edge
+    ways = max(drawn.x1 - x, x - drawn.x0) / min(right - x, x - figure.bbox.x0 - edge)
+    return float(1.0 / max(1.0, ways, (y - drawn.y0) / (y - bottom)))
