@@ -160,7 +160,7 @@ def _lead_radius(radius: float, rate: float, gain: float) -> float:
 def fitted(
     desired: float, rate: float, free: float, free_rate: float, soft: float, least: float
 ) -> tuple[float, float]:
-    """Return the radius that fits into free space, and its rate, with a smooth transition at both ends.
+    """Return the radius that fits into free space, and its rate, smooth where it begins to shrink.
 
     Args:
         desired: Radius without obstacles [m].

@@ -93,30 +93,35 @@ def gains_command(scenario: ScenarioName, overrides: Overrides = (), plugins: Te
     Example: escort-mj gains main --set controller=asmc --set robots.actuators.lag=0.05
     """
     from escort_mj import api
+    from escort_mj.scenario.geometry.team_gains import owners
 
     mission = api.load_scenario(scenario, overrides, plugins)
-    own = [number for number, team in enumerate(mission.teams) if team.controller is not None]
     lines: list[str] = []
     told: dict[str, Any] = {}
-    if not own or len(own) < len(mission.teams):
-        lines, told = _proposed(scenario, mission)
-    for number in own:
-        name = mission.teams[number].name
-        more, facts = _proposed(scenario, mission, number)
-        lines += [f"team {name}", *(f"  {line}" for line in more)]
-        told["teams"] = told.get("teams", {}) | {name: facts}
+    for owner in owners(mission):
+        more, facts = _proposed(scenario, mission, owner)
+        if not owner:
+            lines, told = more, facts
+            continue
+        key, number = str(owner[0]), int(owner[-1])
+        if key == "teams":
+            what, name = "team", mission.teams[number].name
+        else:
+            what, name = "robot", str(mission.robots.overrides[number].robot)
+        lines += [f"{what} {name}", *(f"  {line}" for line in more)]
+        told[key] = told.get(key, {}) | {name: facts}
     return Answer(lines, told)
 
 
 def _proposed(
-    scenario: str, mission: Scenario, number: int | None = None
+    scenario: str, mission: Scenario, owner: tuple[str | int, ...]
 ) -> tuple[list[str], dict[str, Any]]:
-    """Return gains of a team's law, from 0, or of the mission's: lines for people, and numbers."""
+    """Return gains of an owner's law: lines for people, and numbers."""
     from escort_mj.laws.gains import LAWS_WITH_A_RULE
     from escort_mj.record.tables import aligned
     from escort_mj.scenario.geometry.team_gains import law_of, proposal
 
-    law, found = law_of(mission, number), proposal(mission, number)
+    law, found = law_of(mission, owner), proposal(mission, owner)
     if found is None:
         laws = ", ".join(LAWS_WITH_A_RULE)
         raise UsageError(f"{scenario}: no rule for law {law.law} and its robots; laws: {laws}")

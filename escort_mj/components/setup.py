@@ -111,8 +111,10 @@ class MissionSetup:
         timestep: Physics and control step [s].
         seed: Key of the measurement noise.
         behaviors: By priority, the most important first, while no phase rules.
-        law: The inner loop's law and gains; of the first team, where teams have different ones.
-        laws: Those of each team, where they differ; empty where all robots have one.
+        law: The inner loop's law and gains; the first one, where robots have different ones.
+        laws: Those that differ; empty where all robots have one.
+        team_laws: Which of them each team has, from 0, or the one team of all.
+        own_laws: Which of them each robot has of its own, whatever its team, shape (n,); -1 for none.
         radius: Distance to keep from the target [m].
         target_feedforward: Whether the target's velocity is added to the escort behaviors.
         max_speed: Largest reference speed [m/s]; inf for none.
@@ -199,6 +201,8 @@ class MissionSetup:
     estimator: Any
     start_deviation: tuple[float, float, float] = (0.0, 0.0, 0.0)
     laws: tuple[Any, ...] = ()
+    team_laws: tuple[int, ...] = ()
+    own_laws: tuple[int, ...] = ()
     disturbances: tuple[Any, ...] = ()
 
     @property
@@ -259,7 +263,7 @@ class MissionSetup:
 
     @property
     def all_laws(self) -> tuple[Any, ...]:
-        """The law of each team, or the one of all robots."""
+        """The laws that some robot has."""
         return self.laws or (self.law,)
 
     @cached_property
@@ -311,7 +315,19 @@ class MissionSetup:
             members: Team of each robot, from 0; None for the start.
         """
         values = np.array([float(getattr(law, name)) for law in self.all_laws])
-        return values[(self.members if members is None else members) * bool(self.laws)]
+        return values[self.laws_of(members)]
+
+    def laws_of(self, members: NDArray[np.int64] | None = None) -> NDArray[np.int64]:
+        """Return which of `all_laws` each robot has, from 0, shape (n,).
+
+        Args:
+            members: Team of each robot, from 0; None for the start.
+        """
+        members = self.members if members is None else members
+        if not self.laws:
+            return np.zeros_like(members)
+        own = np.array(self.own_laws, dtype=np.int64)
+        return np.where(own >= 0, own, np.array(self.team_laws, dtype=np.int64)[members])
 
     @property
     def count(self) -> int:

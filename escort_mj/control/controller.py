@@ -20,7 +20,7 @@ from escort_mj.control.deciding import decide
 from escort_mj.control.disturbing import disturb
 from escort_mj.control.failure import command_failing_motors, notice_losses
 from escort_mj.control.harmonics import follow
-from escort_mj.control.inner import inner_loop
+from escort_mj.control.inner import inner_loop, law_in
 from escort_mj.control.knowing import know
 from escort_mj.control.opponents import assign_guards, judge_opponents
 from escort_mj.control.outer_loops.meeting import bound_velocities
@@ -167,6 +167,9 @@ def advance(plan: Plan, state: State) -> bool:
         for i in range(n):
             state.slopes[i] = plan.slope_at_start[i]
             state.rho_hat[i] = plan.estimate_at_start[i]
+            if plan.laws.shape[0] > 0:
+                team = int(plan.team_start[i]) - 1 if plan.team_start.shape[0] > 0 else 0
+                state.law_of[i] = law_in(i, team, plan)
         copy_numbers(state.q, state.q_d, n * p)
         for i in range(state.rotation.shape[0]):
             for a in range(p):

@@ -22,15 +22,15 @@ from escort_mj.native.on_demand import on_demand
 from escort_mj.native.vectors import numbers_at, set_numbers_at
 from escort_mj.plan import Plan, State
 
-OF_TEAMS = len(LAWS) + 1
-"""In place of a law's number: each team has its own."""
+SEVERAL = len(LAWS) + 1
+"""In place of a law's number: robots have different ones."""
 
 
 class InnerLoopParameters(Fields):
-    """What the law is, and what all laws share; of each team, where their laws differ."""
+    """What the law is, and what all laws share; those of teams and robots, where they differ."""
 
     law: Annotated[
-        int, Value("1", "place in LAWS; their number for a plugin's, OF_TEAMS for several, OUTSIDE for none")
+        int, Value("1", "place in LAWS; their number for a plugin's, SEVERAL for several, OUTSIDE for none")
     ]
     slope: Annotated[float, Value("1/s", "of the sliding variable")]
     anti_windup: Annotated[bool, Value("1", "whether estimate and reference are held at the limit")]
@@ -38,17 +38,19 @@ class InnerLoopParameters(Fields):
     slope_at_start: Annotated[Array, "n", Value("1/s", "slope of each robot's law")]
     estimate_at_start: Annotated[Array, "n", Value("N", "value at which rho_hat begins")]
     force_limits: Annotated[Array, "n", "p", Value("N", "force_limit, axis by axis")]
-    team_law: Annotated[Array, "laws", Value("1", "law of each team; none where all have the same")]
-    team_law_place: Annotated[Array, "laws", Value("1", "where its numbers begin in `parameters`")]
-    team_law_row: Annotated[Array, "laws", Value("1", "where its own memory begins; -1 for none")]
-    team_law_rows: Annotated[Array, "laws", Value("1", "how many rows it has")]
-    team_slope: Annotated[Array, "laws", Value("1/s", "its slope")]
-    team_filter: Annotated[Array, "laws", Value("s", "its acceleration_filter")]
+    laws: Annotated[Array, "laws", Value("1", "place in LAWS of each law; none where all have the same")]
+    laws_place: Annotated[Array, "laws", Value("1", "where its numbers begin in `parameters`")]
+    laws_row: Annotated[Array, "laws", Value("1", "where its own memory begins; -1 for none")]
+    laws_rows: Annotated[Array, "laws", Value("1", "how many rows it has")]
+    laws_slope: Annotated[Array, "laws", Value("1/s", "its slope")]
+    laws_filter: Annotated[Array, "laws", Value("s", "its acceleration_filter")]
+    team_laws: Annotated[Array, "teams_with_laws", Value("1", "which of them each team has, from 0")]
+    own_laws: Annotated[Array, "robots_with_laws", Value("1", "which one a robot has of its own; -1: none")]
 
     @classmethod
     def packed(cls, setup: MissionSetup) -> dict[str, Any]:
         """Return the values of the fields for a mission."""
-        law, number = setup.law, OF_TEAMS if setup.laws else number_of(setup.law, LAWS)
+        law, number = setup.law, SEVERAL if setup.laws else number_of(setup.law, LAWS)
         return {
             "law": OUTSIDE if setup.outside == "force" else number,
             "slope": law.slope,
@@ -57,12 +59,14 @@ class InnerLoopParameters(Fields):
             "slope_at_start": setup.by_robot("slope"),
             "estimate_at_start": setup.by_robot("estimate_at_start"),
             "force_limits": np.repeat(np.reshape(setup.force_limit, (-1, 1)), setup.axes, axis=1),
-            "team_law": [number_of(each, LAWS) for each in setup.laws],
-            "team_law_place": setup.laws,
-            "team_law_row": [setup.memory_start(each) for each in setup.laws],
-            "team_law_rows": [len(type(each).memories()) for each in setup.laws],
-            "team_slope": [each.slope for each in setup.laws],
-            "team_filter": [each.filter_time for each in setup.laws],
+            "laws": [number_of(each, LAWS) for each in setup.laws],
+            "laws_place": setup.laws,
+            "laws_row": [setup.memory_start(each) for each in setup.laws],
+            "laws_rows": [len(type(each).memories()) for each in setup.laws],
+            "laws_slope": [each.slope for each in setup.laws],
+            "laws_filter": [each.filter_time for each in setup.laws],
+            "team_laws": setup.team_laws,
+            "own_laws": setup.own_laws,
         }
 
 
@@ -77,9 +81,10 @@ class InnerLoopState(Fields):
     differentiated: Annotated[Array, 1, Value("1", "whether v_d has been differentiated before")]
     model_mass: Annotated[Array, "modeled", "p*p", Value("kg", "mass matrix of each robot, row by row")]
     model_bias: Annotated[Array, "modeled", "p", Value("N", "bias force of each robot")]
-    team_tau: Annotated[Array, "mixed", "p", Value("N", "forces by the laws of robots' teams: scratch")]
-    team_rho_hat_rate: Annotated[Array, "mixed", "p", Value("N/s", "likewise")]
-    team_q_d_rate: Annotated[Array, "mixed", "p", Value("m/s", "likewise")]
+    law_of: Annotated[Array, "mixed", Value("1", "which of the laws each robot has, from 0")]
+    kept_tau: Annotated[Array, "mixed", "p", Value("N", "forces by the laws of robots: scratch")]
+    kept_rho_hat_rate: Annotated[Array, "mixed", "p", Value("N/s", "likewise")]
+    kept_q_d_rate: Annotated[Array, "mixed", "p", Value("m/s", "likewise")]
 
 
 @inlined
@@ -172,60 +177,72 @@ _force_of_shipped = one_of(_KERNELS)
 
 
 @on_demand
-def _force_of_teams(place: int, plan: Plan, state: State) -> None:
-    """Have the law of each team demand the forces of all robots, and keep those of its members."""
+def _force_of_each(place: int, plan: Plan, state: State) -> None:
+    """Have each law demand the forces of all robots, and keep those of the robots that have it."""
     n, p = state.q.shape
     for i in range(n):
-        t = int(state.member_of[i]) - 1
         e, e_dot = numbers_at(state, state.e, i), numbers_at(state, state.e_dot, i)
         set_numbers_at(state.s, i, e_dot + state.slopes[i] * e)
         if state.v_d_rate.shape[0] > 0:
             ahead = numbers_at(state, state.v_d, i) - numbers_at(state, state.v_d_filtered, i)
-            set_numbers_at(state.v_d_rate, i, ahead / (plan.team_filter[t] + plan.timestep))
-    for t in range(plan.team_law.shape[0]):
-        state.memory_row[0] = plan.team_law_row[t]
-        _force_of_shipped(int(plan.team_law[t]), int(plan.team_law_place[t]), plan, state)
-        _keep_own_memory(t, plan, state)
+            lag = plan.laws_filter[int(state.law_of[i])] + plan.timestep
+            set_numbers_at(state.v_d_rate, i, ahead / lag)
+    for law in range(plan.laws.shape[0]):
+        state.memory_row[0] = plan.laws_row[law]
+        _force_of_shipped(int(plan.laws[law]), int(plan.laws_place[law]), plan, state)
+        _keep_own_memory(law, plan, state)
         for i in range(n):
-            if state.member_of[i] == t + 1.0:
-                copy_numbers(state.tau[i], state.team_tau[i], p)
-                copy_numbers(state.rho_hat_rate[i], state.team_rho_hat_rate[i], p)
-                copy_numbers(state.q_d_rate[i], state.team_q_d_rate[i], p)
-    copy_lanes(state.team_tau, state.tau, n * p)
-    copy_lanes(state.team_rho_hat_rate, state.rho_hat_rate, n * p)
-    copy_lanes(state.team_q_d_rate, state.q_d_rate, n * p)
+            if state.law_of[i] == float(law):
+                copy_numbers(state.tau[i], state.kept_tau[i], p)
+                copy_numbers(state.rho_hat_rate[i], state.kept_rho_hat_rate[i], p)
+                copy_numbers(state.q_d_rate[i], state.kept_q_d_rate[i], p)
+    copy_lanes(state.kept_tau, state.tau, n * p)
+    copy_lanes(state.kept_rho_hat_rate, state.rho_hat_rate, n * p)
+    copy_lanes(state.kept_q_d_rate, state.q_d_rate, n * p)
 
 
 @inlined
-def _keep_own_memory(t: int, plan: Plan, state: State) -> None:
-    """Hold the memory of a team's law for robots of other laws; one that comes back goes on from there."""
-    first = int(plan.team_law_row[t])
-    for row in range(first, first + int(plan.team_law_rows[t])):
+def _keep_own_memory(law: int, plan: Plan, state: State) -> None:
+    """Hold the memory of a law for robots of other laws; one that comes back goes on from there."""
+    first = int(plan.laws_row[law])
+    for row in range(first, first + int(plan.laws_rows[law])):
         for i in range(state.q.shape[0]):
-            if int(plan.team_law_row[int(state.member_of[i]) - 1]) != first:
+            if state.law_of[i] != float(law):
                 state.component_rate[row, i] = 0.0
 
 
 @inlined
-def change_law(i: int, old: int, new: int, plan: Plan, state: State) -> None:
-    """Let a robot take over the law of another team, if it differs: the derivative of v_d goes on as it was.
+def law_in(i: int, team: int, plan: Plan) -> float:
+    """Return which of the laws a robot has in a team: its own, or the team's.
 
     Args:
         i: The robot, from 0.
-        old: Its team until now, from 0.
-        new: Its team from now on.
+        team: The team, from 0; 0 where all robots are one.
+        plan: Gives the laws.
+    """
+    return plan.own_laws[i] if plan.own_laws[i] >= 0.0 else plan.team_laws[team]
+
+
+@inlined
+def change_law(i: int, team: int, plan: Plan, state: State) -> None:
+    """Let a robot take over the law of a team, if it differs: the derivative of v_d goes on as it was.
+
+    Args:
+        i: The robot, from 0.
+        team: Its team from now on, from 0.
         plan: Gives the laws.
         state: What is filtered moves to where the new filter gives the same derivative.
     """
-    if plan.team_law.shape[0] == 0:
+    if plan.laws.shape[0] == 0:
         return
-    state.slopes[i] = plan.team_slope[new]
+    old, new = int(state.law_of[i]), int(law_in(i, team, plan))
+    state.law_of[i], state.slopes[i] = float(new), plan.laws_slope[new]
     if state.v_d_rate.shape[0] > 0:
-        ahead = plan.team_filter[old] - plan.team_filter[new]
+        ahead = plan.laws_filter[old] - plan.laws_filter[new]
         filtered = numbers_at(state, state.v_d_filtered, i)
         set_numbers_at(state.v_d_filtered, i, filtered + ahead * numbers_at(state, state.v_d_rate, i))
 
 
-_force_of = one_of([*_KERNELS, _force_of_plugin, _force_of_teams])
+_force_of = one_of([*_KERNELS, _force_of_plugin, _force_of_each])
 DEFAULT = LAWS.index(ApdSmc)
 _default_loop = _loop_of(ApdSmc)  # of most missions: part of `evaluate`

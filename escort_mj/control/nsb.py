@@ -92,7 +92,7 @@ class LimitState(Fields):
     """Inequalities of the priority stacks, whole lanes of robots for each: for outer loops that need them."""
 
     limit_x: Annotated[Array, "limited", "p", Value("1", "gradient of the function that has a bound")]
-    limit_rate: Annotated[Array, "limited", Value("1/s", "least rate of it, in the world's frame")]
+    limit_rate: Annotated[Array, "limited", Value("m/s", "least rate of it, over the gradient's length")]
     limit_velocity: Annotated[
         Array, "limited", "p", Value("m/s", "velocity along it in place of what tasks below it want")
     ]
@@ -142,7 +142,7 @@ def compose(i: int, phase: int, plan: Plan, state: State) -> None:
     moving = 1.0 if plan.target_feedforward else 0.0
     drift = moving * r.target_velocity
     feedforward = drift  # what behaviors so far leave of it
-    first_escort = levels  # level of the most important escort behavior so far
+    first_escort = levels  # none yet: level of the most important escort behavior so far
     projected = everywhere(0.0)  # 1 where the feed-forward has lost a part to a task in the world's frame
     active = everywhere(0.0)
     for level in range(levels - 1, -1, -1):
@@ -157,13 +157,13 @@ def compose(i: int, phase: int, plan: Plan, state: State) -> None:
             set_part(parts, MOST_AXES * level, task.velocity)
             continue
         if row >= 0:
-            wanted = _spend(level + 1, first_escort, levels, feedforward, parts, r)
+            wanted = _limited_sum(level + 1, first_escort, levels, feedforward, parts, r)
             task = enforce(first + level, task, wanted, drift if escort else 0.0 * drift, r)
         velocity = task.velocity
         if avoids:
             active = greatest(active, task.active)
         if task.sidestep > 0.0:
-            wanted = _spend(level + 1, first_escort, levels, feedforward, parts, r)
+            wanted = _limited_sum(level + 1, first_escort, levels, feedforward, parts, r)
             velocity = velocity + sidestep(task, wanted, state.q.shape[1])
         set_part(parts, MOST_AXES * level, velocity)
         for lower in range(level + 1, levels):
@@ -175,7 +175,7 @@ def compose(i: int, phase: int, plan: Plan, state: State) -> None:
         first_escort = level
         if any_of(projected > 0.5):  # escort tasks project only what tasks in the world's frame have taken
             feedforward = drift + leave(task, feedforward - drift)
-    set_velocities(phase, _spend(0, first_escort, levels, feedforward, parts, r), active, r)
+    set_velocities(phase, _limited_sum(0, first_escort, levels, feedforward, parts, r), active, r)
 
 
 @inlined
@@ -281,8 +281,7 @@ def sidestep(task: Task, wanted: Vec, axes: int) -> Vec:
 
     Args:
         task: That of avoidance.
-        wanted: Velocity that robots would have without it, cut to the speed limit [m/s]; before
-            the cut, its direction is not the one in which robots go that avoid nothing.
+        wanted: Velocity that robots would have without it, cut to the speed limit [m/s].
         axes: Number of axes.
     """
     outward, square = dot(wanted, task.x), dot(wanted, wanted)
@@ -296,7 +295,9 @@ def sidestep(task: Task, wanted: Vec, axes: int) -> Vec:
 
 
 @inlined
-def _spend(level: int, first_escort: int, levels: int, feedforward: Vec, parts: Array, r: Robots) -> Vec:
+def _limited_sum(
+    level: int, first_escort: int, levels: int, feedforward: Vec, parts: Array, r: Robots
+) -> Vec:
     """Return the sum of the parts from one level down, each as far as the speed limit leaves room for it.
 
     Args:

@@ -24,6 +24,8 @@ class Setup(MissionSetup):
     behaviors: tuple[Behavior, ...]
     law: Law
     laws: tuple[Law, ...] = ()
+    team_laws: tuple[int, ...] = ()
+    own_laws: tuple[int, ...] = ()
     disturbances: tuple[Disturbance, ...] = ()
     outer: OuterLoop = Nsb()
     trigger: Trigger | None = None

@@ -59,7 +59,7 @@ def form_teams(plan: Plan, state: State) -> None:
             state.team_left[t] += 1.0
             state.team_formed[other] = state.team_formed[t] = step
             state.member_of[i], state.told[i] = t + 1.0, 1.0
-            change_law(i, other, t, plan, state)
+            change_law(i, t, plan, state)
     for i in range(n):
         t = int(state.member_of[i]) - 1
         state.own_radius[i] = state.team_radius[t]

@@ -28,9 +28,12 @@ class ApdSmc(SlidingModeLaw):
     """Initial estimate of the force of the unknown model, on every axis [N] (paper: rho_hat_0)."""
 
     def force(self, r: Values) -> Any:
-        """Return eq. 9, tau = rho_hat + k_p e + k_d e_dot + k sw(s / delta)."""
-        pd = r.rho_hat + self.proportional_gain * r.e + self.derivative_gain * r.e_dot
-        return pd + self.switching_gain * switching(self, r.s)
+        """Return eq. 9 on each axis, tau = rho_hat + k_p e + k_d e_dot + k sw(s / delta), sw of eq. 17.
+
+        With e = q_d - q, e_dot = v_d - v, s = e_dot + gamma e, and the width delta of the boundary layer.
+        """
+        smooth = r.rho_hat + self.proportional_gain * r.e + self.derivative_gain * r.e_dot
+        return smooth + self.switching_gain * switching(self, r.s)
 
     def rho_hat_rate(self, r: Values) -> Any:
         """Return eq. 10, d rho_hat/dt = mu s."""

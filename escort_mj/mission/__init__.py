@@ -483,7 +483,7 @@ def _excess(block: Array, plant: Plant) -> str:
     if not len(rows):
         return ""
     row, robot = rows[0], robots[0]
-    law, force = plant.world.setup.law, demanded[row, robot]
-    if plant.world.setup.laws:
-        law = plant.world.setup.laws[int(block[row, columns("member_of", sizes)][robot]) - 1]
+    setup, force = plant.world.setup, demanded[row, robot]
+    members = block[row, columns("member_of", sizes)].astype(int) - 1 if setup.teams else None
+    law = setup.all_laws[setup.laws_of(members)[robot]]
     return f"; the law {law.law} demanded {force:.3g} N of robot {robot + 1} at {block[row, TIME]:.2f} s"

@@ -53,7 +53,7 @@ def controller_setup(
         seed=scenario.seed,
         behaviors=scenario.mission.behaviors,
         law=scenario.laws[0],
-        laws=scenario.laws if len(scenario.laws) > 1 else (),
+        **_laws(scenario, robots),
         outer=scenario.mission.outer,
         radius=scenario.mission.radius,
         target_feedforward=scenario.mission.target_feedforward,
@@ -90,6 +90,18 @@ def controller_setup(
         shapes=_shapes(scenario, obstacles),
         expected_distances=tuple(x for one in scenario.expect for x in one.exact_distances()),
     )
+
+
+def _laws(scenario: Scenario, robots: Placement) -> dict[str, Any]:
+    """Return the laws that differ, and which of them teams and robots have; nothing where all have one."""
+    if len(scenario.laws) == 1:
+        return {}
+    own = np.full(len(robots.mass), -1)
+    for each in scenario.robots.overrides:
+        if each.controller is not None:
+            own[each.robot - 1] = scenario.laws.index(each.controller)
+    teams = tuple(scenario.laws.index(law) for law in scenario.team_laws)
+    return {"laws": scenario.laws, "team_laws": teams, "own_laws": tuple(own.tolist())}
 
 
 def with_formation(setup: Setup, scenario: Scenario, robots: Placement) -> Setup:

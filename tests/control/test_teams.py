@@ -39,6 +39,7 @@ def mission(
     laws: Sequence[object] = (None, None, None),
     limit: float | None = None,
     escorts: Mapping[str, object] | None = None,
+    own: Mapping[int, object] | None = None,
     **keys: object,
 ) -> Setup:
     """Nine robots in three teams, one with two targets; losses and changes of targets where given."""
@@ -66,7 +67,10 @@ def mission(
     return Mission(
         Scenario(
             axes=axes, physics={"timestep": STEP}, recording={"rate": 10}, seed=axes, target=None,
-            teams=teams, robots={"count": 9, "radius": 0.2, "failures": failures, "force_limit": limit},
+            teams=teams, robots={
+                "count": 9, "radius": 0.2, "failures": failures, "force_limit": limit,
+                "overrides": [{"robot": robot, "controller": law} for robot, law in (own or {}).items()],
+            },
             **keys, obstacles=[{"position": [30.0] * axes, "radius": 0.5}],
             mission={"max_speed": 1.5, "outer": outer, "behaviors": behaviors, "supervisor": PHASES},
         )
@@ -130,6 +134,13 @@ def test_targets_belong_to_their_team_from_the_step_on_that_begins_then() -> Non
 def test_they_agree_where_each_team_has_a_law(laws: object, axes: int, limit: float | None) -> None:
     """Robots change over, some saturate, and the gain of avoidance goes by the slope of their law."""
     walk(axes, "vertices", laws=laws, limit=limit, failures=[{"robot": 4, "at": 1.0}])
+
+
+@pytest.mark.parametrize("laws", [(None, None, None), (None, "pd", {"law": "super_twisting"})])
+def test_they_agree_where_robots_have_laws_of_their_own(laws: object) -> None:
+    """Robots 4 and 7 keep theirs where they change over to other teams."""
+    own = {4: "asmc", 7: {"law": "computed_torque", "slope": 7.0}, 9: "pd"}
+    walk(2, "vertices", laws=laws, limit=20.0, own=own)
 
 
 def test_the_derivative_goes_on_where_a_robot_changes_to_another_filter() -> None:

@@ -111,6 +111,21 @@ def test_a_force_that_mujoco_does_not_take_is_put_down_to_the_law_of_the_team() 
     assert run.trace.attrs["law"] == "apd_smc (north), pd (south)"
 
 
+def test_a_robot_with_a_law_of_its_own_moves_as_if_all_had_it() -> None:
+    """Robots that ask nothing of each other, in two runs of different laws and in one of both."""
+    keys = {"duration": 4, "expect": [], "obstacles": [], "mission.behaviors": ["surface"]}
+    pd = {"law": "pd", "slope": 7.0}
+    one, other = (fly(escort_mj.load_scenario("main", keys | {"controller": law})) for law in ("asmc", pd))
+    both = escort_mj.load_scenario(
+        "main", keys | {"controller": "asmc", "robots.overrides": [{"robot": 2, "controller": pd}]}
+    )
+    found = fly(both).trace
+    for name in ("q", "tau", "rho_hat", "s"):
+        np.testing.assert_array_equal(found[name][:, 1], other.trace[name][:, 1])
+        np.testing.assert_array_equal(found[name][:, 0], one.trace[name][:, 0])
+    assert found.attrs["law"] == "asmc, pd (robot 2)"
+
+
 def test_a_run_that_diverged_knows_nothing_of_what_came_after_its_last_sample() -> None:
     """Robot 1 leaves at 500 m/s while the others touch: cut off, they are as in a run that ends there."""
     robots = {

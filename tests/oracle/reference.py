@@ -233,7 +233,7 @@ class ReferenceController:
         )  # fmt: skip
         tau, rate = np.zeros_like(e), np.zeros_like(e)
         for number, each in enumerate(setup.all_laws):
-            mine = members == number if setup.laws else np.full(n, True)
+            mine = setup.laws_of(members) == number
             robots.rho_hat_rate[:] = 0.0
             force(each, robots)  # type: ignore[attr-defined]
             tau[mine], rate[mine] = robots.tau[mine], robots.rho_hat_rate[mine]

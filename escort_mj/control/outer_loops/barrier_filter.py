@@ -10,7 +10,7 @@ from escort_mj.components.parameters import UNLIMITED
 from escort_mj.control.nsb import avoidance_of
 from escort_mj.control.outer_loops.constraints import MOST, Constraints, SpeedBounds, find_constraints
 from escort_mj.control.outer_loops.nearest_velocity import STIFFNESS, nearest_velocity
-from escort_mj.control.outer_loops.outer_loop import OuterLoop, keeps_clear, slow_down
+from escort_mj.control.outer_loops.outer_loop import OuterLoop, has_stack, slow_down
 from escort_mj.control.outer_loops.passing import Clearance, Rules
 from escort_mj.native.kernels import DOUBLE, matrix_at, stack_memory, vector_at
 from escort_mj.native.lanes import WIDTH
@@ -44,7 +44,7 @@ class BarrierFilter(OuterLoop):
         gaps = vector_at(stack_memory(), MOST)
         constraints = Constraints(rows, bounds, cooperation, gaps)
         for robot in range(i, min(i + WIDTH, state.q.shape[0])):
-            if not keeps_clear(robot, phase, plan, state):
+            if not has_stack(robot, phase, plan, state):
                 continue
             moved, v = False, numbers_at(state, state.v_d, robot)
             for level in range(first, first + levels):

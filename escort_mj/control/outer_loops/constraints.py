@@ -1,4 +1,4 @@
-"""Half-spaces of velocities that keep distances safe, and the nearest velocity within all of them."""
+"""Half-spaces of velocities that keep distances safe."""
 
 from __future__ import annotations
 
@@ -183,6 +183,7 @@ def _add_body(
     avoid, rules, position = clearance.avoid, clearance.rules, obstacles_seen(robot, plan, state)
     q = numbers_at(state, state.q_measured, robot)
     responsibility, other, straight, other_speed = 1.0, body - m, 0.0, 0.0
+    # Without teams, all follow the target, where there is one.
     same_target, teams = rules.target_radius > 0.0, plan.team_radius.shape[0] > 0
     heard, own = other - n - 1 if other > n else -1, plan.robot_radius[robot]
     if heard >= 0:
@@ -230,11 +231,10 @@ def _add_body(
     lead, half_breadth = lead_of(body_speed, plan.max_speed) if approaches else 0.0, 0.0
     if lead > 0.0 and other < 0:
         half_breadth = breadth(plan.obstacle_extent[body], state.obstacle_velocity[body], body_speed)
-    lead *= reach + half_breadth
-    closing_limit = approach(margin - lead, rules)
+    closing_limit = approach(margin - lead * (reach + half_breadth), rules)
     own_limit = responsibility * closing_limit
     bound = rules.foresees * along - own_limit
-    if responsibility < 1.0 and rules.foresees != 0.0:  # all, where the teammate does not yield its half
+    if responsibility < 1.0 and rules.foresees != 0.0:  # the whole, where a teammate does not yield its half
         bound = max(bound, other_speed - closing_limit)
         own_limit = min(own_limit, closing_limit + along - other_speed)
     most_violation = (relative if responsibility < 1.0 else speed + rules.foresees * body_speed) - own_limit

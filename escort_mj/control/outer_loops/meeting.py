@@ -52,8 +52,12 @@ NEAR = 64  # teammates that may be near enough to matter; of more, all are looke
 class PaceState(Fields):
     """How fast robots may be met, which says how far away that matters."""
 
-    pace_frame: Annotated[Array, "p", Value("m/s", "velocity relative to which speeds are compared")]
-    pace_most: Annotated[Array, 1, Value("m/s", "the largest of a robot's measured velocity")]
+    pace_frame: Annotated[
+        Array,
+        "p",
+        Value("m/s", "of the first robot's target: speeds are relative to it"),
+    ]
+    pace_most: Annotated[Array, 1, Value("m/s", "the largest speed of a robot, measured, relative to it")]
     pace_level: Annotated[
         Array, 1, Value("1", "level of avoidance whose distances `pace_met` is for; -1 for none in this step")
     ]

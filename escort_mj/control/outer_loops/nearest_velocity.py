@@ -25,7 +25,7 @@ Array = NDArray[np.float64]
 
 STIFFNESS = 1e4  # penalty weight of violations against the change of velocity: violations of 1e-4 of it
 MOST_STEPS = 60  # of the minimization; a handful is needed
-HALVINGS = 40
+HALVINGS = 40  # of the step of the line search
 CLOSE = 1e-13  # of the velocities involved: a step that changes nothing
 MOST_SOFTENINGS = 40  # of the search for the speed limit; three to ten are needed
 INFEASIBLE = 1e-2  # violation, as a share of the change of velocity, from which on no velocity satisfies all
@@ -134,7 +134,7 @@ def contradict(rows: Array, bounds: Array, count: int, nominal: Vec, v: Vec) -> 
 def break_least(
     rows: Array, bounds: Array, gaps: Array, count: int, scale: float, most: float, v: Vec
 ) -> Vec:  # fmt: skip
-    """Find the velocity within a speed limit that breaks constraints least, scale ones least of all.
+    """Find the velocity within a speed limit that breaks constraints least, near ones least of all.
 
     The sum of the squared violations is least, each divided by the time in which the body could touch the
     robot. That is the program of `nearest_velocity` with the nominal velocity 0 and the penalty weight, a
@@ -148,7 +148,8 @@ def break_least(
         count: Number of constraints.
         scale: Gap from which on all weigh the same [m].
         most: The limit [m/s].
-        v: The nominal velocity [m/s].
+        v: The nominal velocity, where the search begins: it counts only if what it leads to is slow enough
+            [m/s].
     """
     soft, low, high, rest = 1.0 / STIFFNESS, 1.0 / STIFFNESS, 0.0, zero_like(v)
     for j in range(count):

@@ -46,7 +46,7 @@ class OuterLoop(Component):
 
 
 @merged
-def keeps_clear(robot: int, phase: int, plan: "Plan", state: "State") -> bool:
+def has_stack(robot: int, phase: int, plan: "Plan", state: "State") -> bool:
     """Whether a robot is left and has the priority stack of a phase, be its velocity new or held."""
     return (plan.alike or int(state.phase[robot]) == phase) and state.lost[robot] == 0.0
 

@@ -16,7 +16,7 @@ from escort_mj.native.vectors import Vec, dot, norm, turned, unit_of
 
 Array = NDArray[np.float64]
 
-FASTER = 1.001  # times the speed limit: a body that goes as fast as that is outrun, whatever rounding says
+OUTRUNS = 1.001  # times the speed limit: a body that goes as fast as that is outrun, whatever rounding says
 HEAD_ON = 1e-9  # share of a distance that is no offset to either side
 
 
@@ -96,7 +96,7 @@ def lead_of(speed: float, most: float) -> float:
     Returns:
         [1]; 0 where the body is slower.
     """
-    return speed / most if speed > FASTER * most else 0.0
+    return speed / most if speed > OUTRUNS * most else 0.0
 
 
 @inlined

@@ -38,9 +38,9 @@ from escort_mj.control.outer_loops.nearest_velocity import (
     nearest_velocity,
     step_aside,
 )
-from escort_mj.control.outer_loops.outer_loop import OuterLoop, keeps_clear, slow_down
+from escort_mj.control.outer_loops.outer_loop import OuterLoop, has_stack, slow_down
 from escort_mj.control.outer_loops.passing import (
-    FASTER,
+    OUTRUNS,
     Clearance,
     Rules,
     breadth_of,
@@ -147,18 +147,21 @@ class SetBased(OuterLoop):
         """
         first, levels = int(plan.phase_first[phase]), int(plan.phase_levels[phase])
         r, n = robots_at(i, plan, state), state.q.shape[0]
-        rules = Rules(self.rate, self.braking, self.activation, 1.0, self.target_distance, self.target_radius)
+        foresees = 1.0
+        rules = Rules(
+            self.rate, self.braking, self.activation, foresees, self.target_distance, self.target_radius
+        )
         for level in range(first, first + levels):
             if plan.level_avoids[level] == 0.0:
                 continue
             clearance = Clearance(level, avoidance_of(level, plan), rules)
             busy = _may_bind(clearance, r) + abs(load(state.detour, i))
-            mine = stacked(i, phase, plan, state)
+            mine = stacked(i, phase, plan, state)  # held velocities, too: conditions are kept at every step
             store(state.detour_for, i, where(mine & (busy < 0.5), 0.0, load(state.detour_for, i)))
             if any_of(mine & (busy > 0.5)):
                 store(state.detour_near, i, busy)
                 for robot in range(i, min(i + WIDTH, n)):
-                    if state.detour_near[robot] > 0.5 and keeps_clear(robot, phase, plan, state):
+                    if state.detour_near[robot] > 0.5 and has_stack(robot, phase, plan, state):
                         _filter_velocity(robot, self.patience, self.turn_back, clearance, plan, state)
                         slow_down(robot, plan, state)
             store(state.detour_time, i, where(mine, state.time[0], load(state.detour_time, i)))
@@ -184,7 +187,7 @@ def _may_bind(clearance: Clearance, r: Robots) -> Lanes:
         relative = relative + (pace if plan.estimating else everywhere(team_spread(r.i, plan, state)))
     if rules.target_distance > 0.0:
         look = rules.target_distance + avoid.to_surface * (r.robot_radius + rules.target_radius)
-        target_faster = pace > FASTER * max_speed  # the target is faster than the robot
+        target_faster = pace > OUTRUNS * max_speed  # the target is faster than the robot
         look = look + where(target_faster, look * pace / max_speed, 0.0)
         look = look + horizon_lanes(where(target_faster, speed + pace, relative), rules)
         binds = where(dot(from_target, from_target) < look * look, 1.0, binds)
@@ -302,13 +305,13 @@ def _filter_velocity(
         if not decided:
             decided = True
             square, static_blocker = max(speed * speed, 1e-300), 0.0
-            progress = dot(v, wanted) / square
+            share = dot(v, wanted) / square  # of what is wanted that is left
             advance = dot(numbers_at(state, state.v_measured, robot), wanted) / math.sqrt(square)
             for j in range(count):
                 if bounds[j] >= -speed:
                     static_blocker = max(static_blocker, 1.0 - cooperation[j])
             detour = next_detour(
-                detour_of(robot, state), state.time[0] - state.detour_time[robot], moved, progress, advance,
+                detour_of(robot, state), state.time[0] - state.detour_time[robot], moved, share, advance,
                 static_blocker, patience, turn_back,
             )  # fmt: skip
             keep_detour(robot, detour, state)

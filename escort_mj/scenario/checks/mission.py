@@ -36,6 +36,9 @@ def laws_of(scenario: Scenario) -> Iterator[tuple[Path, Law]]:
             yield ("teams", index, "controller"), team.controller
     if not scenario.teams or any(team.controller is None for team in scenario.teams):
         yield ("controller",), scenario.controller
+    for index, each in enumerate(scenario.robots.overrides):
+        if each.controller is not None:
+            yield ("robots", "overrides", index, "controller"), each.controller
 
 
 def check_behaviors(mission: Mission) -> Iterator[Finding]:

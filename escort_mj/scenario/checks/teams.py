@@ -112,12 +112,12 @@ def _needed(team: Team, moment: float) -> int:
 
 
 def check_laws(mission: Mission) -> Iterator[Finding]:
-    """Laws that differ between teams are among those that ship."""
+    """Laws that differ between robots are among those that ship."""
     if len(mission.scenario.laws) == 1:
         return
     for path, law in laws_of(mission.scenario):
         if type(law) not in LAWS:
-            words = f"found {law.law}, the law of a plugin; robots of other teams have other laws"
+            words = f"found {law.law}, the law of a plugin; other robots have other laws"
             yield Finding(path, f"{words}: expected one law for all")
 
 

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from collections.abc import Iterator
+from typing import Any, NamedTuple
 
 from escort_mj.laws import Law
 from escort_mj.laws.gains import LAWS_WITH_A_RULE, Rate, Robot, gains_of, rate_of
+from escort_mj.scenario.findings import Path
 from escort_mj.scenario.geometry.placement import Placement, gravity_of, robot_count
 from escort_mj.scenario.geometry.placement import team as placed
 from escort_mj.scenario.schema.scenario import Scenario, Uncertainty
@@ -32,23 +34,36 @@ class Proposal(NamedTuple):
     rate: Rate
 
 
-def law_of(scenario: Scenario, team: int | None) -> Law:
-    """Return the law of a team, from 0; None for the scenario's own."""
-    return (None if team is None else scenario.teams[team].controller) or scenario.controller
+def owners(scenario: Scenario) -> Iterator[Path]:
+    """Yield whose laws there are: the mission's, where some robots have it, those of teams and of robots."""
+    if not scenario.teams or any(each.controller is None for each in scenario.teams):
+        yield ()
+    yield from (("teams", k) for k, each in enumerate(scenario.teams) if each.controller is not None)
+    overrides = enumerate(scenario.robots.overrides)
+    yield from (("robots", "overrides", k) for k, each in overrides if each.controller is not None)
 
 
-def proposal(scenario: Scenario, team: int | None = None) -> Proposal | None:
+def law_of(scenario: Scenario, owner: Path = ()) -> Law:
+    """Return the law of an owner, see `owners`."""
+    table: Any = scenario
+    for key in owner:
+        table = table[key] if isinstance(key, int) else getattr(table, key)
+    law: Law = table.controller or scenario.controller
+    return law
+
+
+def proposal(scenario: Scenario, owner: Path = ()) -> Proposal | None:
     """Return gains for a law and its robots; None where the law has no rule, or robots have servos.
 
     All these robots have the same gains: those of the robot that allows the least m a.
 
     Args:
         scenario: The mission.
-        team: Whose law, from 0; None for the scenario's own.
+        owner: Whose law, see `owners`.
     """
-    law = str(law_of(scenario, team).law)
+    law = str(law_of(scenario, owner).law)
     robots = placed(scenario)
-    each = [(index, _robot(scenario, robots, index)) for index in _members(scenario, team)]
+    each = [(index, _robot(scenario, robots, index)) for index in _members(scenario, owner)]
     pushed = [(index, robot) for index, robot in each if robot is not None]
     if law not in LAWS_WITH_A_RULE or not pushed:
         return None
@@ -57,8 +72,12 @@ def proposal(scenario: Scenario, team: int | None = None) -> Proposal | None:
     return Proposal(law, gains_of(law, robot, rate.value), index + 1, robot, rate)
 
 
-def _members(scenario: Scenario, team: int | None) -> list[int]:
-    """Return the robots that may have a team's law, from 0: all, where robots change over."""
+def _members(scenario: Scenario, owner: Path) -> list[int]:
+    """Return the robots that may have an owner's law, from 0: all, where robots change over."""
+    overrides = scenario.robots.overrides
+    if owner[:1] == ("robots",):
+        return [overrides[int(owner[-1])].robot - 1]
+    team = owner[-1] if owner else None
     own = [
         robot - 1
         for number, each in enumerate(scenario.teams)
@@ -66,7 +85,9 @@ def _members(scenario: Scenario, team: int | None) -> list[int]:
         for robot in each.robots
     ]
     changing = any(each.demand for each in scenario.teams)
-    return own if own and not changing else [*range(robot_count(scenario))]
+    found = own if own and not changing else [*range(robot_count(scenario))]
+    apart = {each.robot - 1 for each in overrides if each.controller is not None}
+    return [robot for robot in found if robot not in apart] or found
 
 
 def _robot(scenario: Scenario, robots: Placement, index: int) -> Robot | None:

@@ -47,8 +47,7 @@ def with_gains(
     for path, table in _laws(data):
         if path not in auto:
             continue
-        team = None if path == ("controller",) else int(path[1])
-        found, law = proposal(scenario, team), str(law_of(scenario, team).law)
+        found, law = proposal(scenario, path[:-1]), str(law_of(scenario, path[:-1]).law)
         if found is not None:
             data = _put(data, path, {**found.gains, "law": found.law, **table})
             continue
@@ -60,10 +59,14 @@ def with_gains(
 
 
 def _laws(data: dict[str, Any]) -> Iterator[tuple[Path, dict[str, Any]]]:
-    """Yield the tables of laws in plain data: of the mission, and of teams."""
-    teams = data.get("teams")
+    """Yield the tables of laws in plain data: of the mission, of teams, and of single robots."""
+    robots = data.get("robots")
+    lists: list[tuple[Path, Any]] = [(("teams",), data.get("teams"))]
+    if isinstance(robots, dict):
+        lists.append((("robots", "overrides"), robots.get("overrides")))
     owners: list[tuple[Path, Any]] = [((), data)]
-    owners += [(("teams", k), team) for k, team in enumerate(teams if isinstance(teams, list) else [])]
+    for path, tables in lists:
+        owners += [((*path, k), table) for k, table in enumerate(tables if isinstance(tables, list) else [])]
     for path, owner in owners:
         if isinstance(owner, dict) and isinstance(owner.get("controller"), dict):
             yield (*path, "controller"), owner["controller"]

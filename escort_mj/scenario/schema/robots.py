@@ -9,7 +9,7 @@ from escort_mj.components.random_placement import RandomPlacement
 from escort_mj.robots import KINDS, PointMass
 from escort_mj.robots.kind import plane_height
 from escort_mj.scenario.findings import listed
-from escort_mj.scenario.schema.fields import Failure, RobotKind
+from escort_mj.scenario.schema.fields import Failure, Law, RobotKind
 
 MAX_ROBOTS = 5000
 RobotNumber = Annotated[int, Field(ge=1, le=MAX_ROBOTS)]
@@ -47,6 +47,8 @@ class RobotOverride(Parameters):
     """Kind of robot: a name, or a table with parameters."""
     actuators: Actuators | None = None
     """Motor errors of this robot."""
+    controller: Law | None = None
+    """Law of this robot, in any team: a name, or a table with gains, as in `controller`."""
     position: Vector | None = None
     """Initial position [m]."""
 

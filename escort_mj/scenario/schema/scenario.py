@@ -278,16 +278,27 @@ class Scenario(Parameters, metaclass=_Checked):
 
     @property
     def laws(self) -> tuple[Law, ...]:
-        """The law of each team, or the one that all robots have."""
-        found = tuple(team.controller or self.controller for team in self.teams) or (self.controller,)
-        return found if len(set(found)) > 1 else found[:1]
+        """The laws that robots have, each once: of teams, then of single robots."""
+        own = [each.controller for each in self.robots.overrides if each.controller is not None]
+        return tuple(dict.fromkeys([*self.team_laws, *own]))
+
+    @property
+    def team_laws(self) -> tuple[Law, ...]:
+        """The law of each team, or the one of all robots that have none of their own."""
+        return tuple(team.controller or self.controller for team in self.teams) or (self.controller,)
 
     @property
     def law_names(self) -> str:
-        """Name of the law; of each team's, where they differ."""
-        if len(self.laws) == 1:
-            return str(self.laws[0].law)
-        return ", ".join(f"{law.law} ({team.name})" for law, team in zip(self.laws, self.teams, strict=True))
+        """Name of the law; of each team's and robot's, where they differ."""
+        names = [str(law.law) for law in self.team_laws]
+        if len(set(self.team_laws)) == 1:
+            names = names[:1]
+        else:
+            names = [f"{name} ({team.name})" for name, team in zip(names, self.teams, strict=True)]
+        if len(self.laws) > 1:
+            own = ((each.robot, each.controller) for each in self.robots.overrides)
+            names += [f"{law.law} (robot {robot})" for robot, law in own if law is not None]
+        return ", ".join(names)
 
     def replace(self, changes: Overrides = (), /, **more: Any) -> "Self":
         """Return a validated copy with some values replaced.

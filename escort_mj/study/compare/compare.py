@@ -13,7 +13,8 @@ from escort_mj.laws import Law
 from escort_mj.metrics import METRICS
 from escort_mj.record.window import Span, span_faults
 from escort_mj.scenario import Scenario
-from escort_mj.scenario.findings import did_you_mean
+from escort_mj.scenario.findings import did_you_mean, key_path
+from escort_mj.scenario.geometry.team_gains import owners
 from escort_mj.scenario.reader.catalog import catalog_of
 from escort_mj.study.compare.laws import controller_of, outer_of
 
@@ -52,7 +53,7 @@ def comparison_of(
 
     Args:
         scenario: What to run; its own law's gains go to the other laws where they mean the same, and all
-            teams get the same law.
+            teams and robots get the same law.
         path: Its file.
         laws: Names of laws, each of them one or several between commas; empty for all.
         outers: Names of outer loops, likewise; empty for the scenario's own.
@@ -72,7 +73,7 @@ def comparison_of(
     return {
         "study": scenario.name,
         "scenario": str(path),
-        "set": {"expect": [], **{f"teams[{team}].controller": None for team in range(len(scenario.teams))}},
+        "set": {"expect": [], **{key_path((*owner, LAW)): None for owner in owners(scenario) if owner}},
         "vary": {
             LAW: [controller_of(scenario, name).model_dump() for name in names],
             LOOP: [outer_of(scenario, name).model_dump() for name in loops],

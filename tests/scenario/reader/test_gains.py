@@ -49,9 +49,18 @@ def test_gains_of_a_teams_law_fit_its_members() -> None:
     assert parse_scenario(dump_scenario(scenario)) == scenario
 
 
+def test_gains_of_a_robots_own_law_fit_that_robot() -> None:
+    own = "robots.overrides[1].controller={law: pd, gains: auto, slope: 5}"
+    scenario = parse_scenario(TEAMS, overrides=[own])
+    (_, heavy), team = scenario.robots.overrides, scenario.teams[1].controller
+    assert heavy.controller is not None and heavy.controller.derivative_gain == 200.0
+    assert team is not None and team.derivative_gain == 150.0, "of robot 4, which has no law of its own"
+    assert parse_scenario(dump_scenario(scenario)) == scenario
+
+
 def test_where_robots_change_over_gains_fit_all() -> None:
     scenario = parse_scenario(TEAMS, overrides=["teams[0].demand=[{after: 1, robots: 4}]"])
-    found = proposal(scenario, 1)
+    found = proposal(scenario, ("teams", 1))
     assert found is not None and (found.law, found.robot) == ("pd", 1)
     assert scenario.teams[1].controller.derivative_gain == 50.0
 

@@ -75,6 +75,15 @@ def test_teams_with_the_same_law_have_one() -> None:
     assert two.replace({"controller": "asmc"}).law_names == "asmc"
 
 
+def test_robots_may_have_laws_of_their_own() -> None:
+    overrides = [{"robot": 2, "mass": 3}, {"robot": 4, "controller": {"law": "pd", "slope": 7}}]
+    scenario = Scenario(robots={"count": 5, "overrides": overrides})
+    assert scenario.law_names == "apd_smc, pd (robot 4)"
+    assert [law.law for law in scenario.laws] == ["apd_smc", "pd"]
+    same = scenario.replace({"robots.overrides[1].controller": "apd_smc"})
+    assert same.law_names == "apd_smc" and len(same.laws) == 1
+
+
 def test_replace_checks_what_it_returns() -> None:
     scenario = parse_scenario("robots: {count: 5}")
     changed = scenario.replace({"robots.mass": 2, "controller": "pd"}, duration=4)
