@@ -64,7 +64,7 @@ def judge_one(
         demanded, found, broken = _judged(expectation, trace, outcome)
         skip = found.skip
         found = found if skip else _unless_unseen(expectation, found, trace, outcome)
-        found = _told(expectation, found, trace)
+        found = found if broken else _told(expectation, found, trace)
     known = "" if skip else expectation.xfail or ""
     message = f"{expectation.subject} {demanded}: {found.words}"
     if not skip:
@@ -183,7 +183,7 @@ def _unless_unseen(expectation: Expectation, found: Judgment, trace: Recorded, o
 
 def _told(expectation: Expectation, found: Judgment, trace: Recorded) -> Judgment:
     """The finding, with whom it leaves out and what it does not see."""
-    if found.skip or found.unknown or found.value is None:
+    if found.skip or found.unknown or (found.value is None and not is_plugins(type(expectation))):
         return found
     part = window(trace, *expectation.window_in(end_of(trace)))
     return found._replace(

@@ -49,6 +49,24 @@ WAYS = Scenario(
 )  # fmt: skip
 
 
+PLAIN = '''
+from typing import ClassVar
+from escort_mj.plugins import Expectation, Judgment
+
+
+class Plain(Expectation):
+    """Holds."""
+
+    kind = "plain"
+    plain: bool
+    """Whether it does."""
+    subject: ClassVar[str] = "plain"
+    demanded: ClassVar[str] = "to hold"
+
+    def judge(self, trace):
+        return Judgment(self.plain, "done")
+'''
+
 LOOK_BACK = ("outcome", "sanity", "tunneling", "kinetic_energy_max")  # their moments are those of samples
 LEAP = "{0}*exp(-400*(t-{1})**2)"
 
@@ -143,6 +161,30 @@ def test_what_is_found_from_samples_says_so(compiled):
     assert fly(scenario.replace({"recording.rate": 1})).verdicts[1].message.endswith("at samples of 1 s")
     every = round(1.0 / scenario.physics.timestep)
     assert "samples" not in fly(scenario.replace({"recording.rate": every})).verdicts[1].message
+
+
+def test_totals_of_robots_that_fail_end_when_the_team_knows(compiled):
+    """Robot 2 is counted until 6.5 s, between two samples of 1 s, while a force of 0.1 s acts on it."""
+    names = ("force_rms", "energy", "chattering", "saturated_share")
+    scenario = WAYS.replace(
+        {
+            "robots.failures": [{"robot": 2, "at": 6.001, "notice": 0.5}],
+            "uncertainty.disturbance": [LEAP.format(30.0, 6.5), "0"],
+        },
+        expect=tuple({"metric": name, "at_most": 0.5} for name in names),
+    )  # fmt: skip
+    every = round(1.0 / scenario.physics.timestep)
+    reference = verdicts(scenario, every)
+    for rate in (1, 10, 50):
+        assert_equal(verdicts(scenario, rate), reference)
+
+
+def test_so_does_what_a_plugin_judges_without_a_value(compiled, tmp_path):
+    (tmp_path / "plain.py").write_text(PLAIN)
+    path = tmp_path / "plain.yaml"
+    path.write_text("duration: 1\nplugins: [plain.py]\nexpect: [{plain: true}, {plain: false}]\n")
+    found = [one.message for one in fly(load_scenario(path)).verdicts[1:]]
+    assert len(found) == 2 and all(one.endswith("done; at samples of 0.02 s") for one in found)
 
 
 def test_a_radius_that_grows_is_the_one_to_keep(compiled):

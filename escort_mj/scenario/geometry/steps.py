@@ -55,7 +55,8 @@ def schedule_of(scenario: Scenario, more: Iterable[int] = ()) -> Schedule:
 
     Beside those that `recording.rate` asks for there is one in the run's last step, and there are some where
     windows of expectations begin and end. What is watched between samples is known from one sample to the
-    next, so where an expectation reads that, there is one in the step before its window as well.
+    next, so where an expectation reads that, there is one in the step before its window as well. And totals
+    count robots until the team knows that they failed, so there is one before and after that.
 
     Args:
         scenario: A checked scenario.
@@ -73,5 +74,8 @@ def schedule_of(scenario: Scenario, more: Iterable[int] = ()) -> Schedule:
             wanted.add(first - 1)
         if end is not None:
             wanted.add(last_step(end, timestep))
+    for failure in scenario.robots.failures if scenario.expect else ():
+        lost = first_step(failure.at + failure.notice - 0.5 * timestep, timestep)
+        wanted |= {lost - 1, lost}
     extra = sorted(step for step in wanted if 0 < step <= last and step % stride)
     return Schedule(stride, last, tuple(extra))
