@@ -56,7 +56,7 @@ def pack(setup: Setup, sampling: Sampling, signals: Sequence[str] = ()) -> Array
         "exact_within": sampling.exact_within,
         "distances_asked": not {"obstacle_distance", "robot_distance_min"}.isdisjoint(signals),
         "stride": sampling.stride,
-        "extra": np.asarray(sampling.extra, dtype=float),
+        "extra": [*sampling.extra, np.inf],  # with room for one more, see `Plant.ending_at`
         "truth": sampling.truth,
         "lyapunov": sampling.truth and setup.has_lyapunov,
     }

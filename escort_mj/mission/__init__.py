@@ -340,52 +340,62 @@ def take(plant: Plant, rows: Array, bound: float, look: bool = True) -> tuple[in
     taken, ended = plant.fill(rows, look)
     distances = distances_of(rows[:taken], plant.world.sizes)
     kept, outcome, message = examine(rows[:taken], distances, plant, bound)
-    if outcome is Outcome.COMPLETED:
-        strayed = _strayed(plant, mark, began, rows[:taken], distances, bound)
-        kept, outcome, message = strayed or (kept, outcome, message)
+    if outcome is not Outcome.FAILED:
+        broken = _broken_off(plant, mark, began, rows[:taken], distances, bound)
+        return broken or (kept, ended, outcome, message)
     if kept < taken:
         ended = take_back(plant, mark, kept)
     return kept, ended, outcome, message
 
 
-def _strayed(
+def _broken_off(
     plant: Plant, mark: Mark, began: int, block: Array, distances: Array, bound: float
-) -> tuple[int, Outcome, str] | None:
-    """Look between samples for a robot that was too far away for a moment.
+) -> tuple[int, Array, Outcome, str] | None:
+    """Look for the physics step that breaks a run off, and end the run there, with a sample of its own.
 
-    Where the speeds since the sample before leave that open, the steps are taken once more, one by one.
+    Where samples, or the speeds since the one before, leave that open, steps are taken once more, one by one.
 
     Args:
-        plant: Has simulated the samples, and is left as it is.
+        plant: Has simulated the samples; is left as it is, or where the run ends.
         mark: Where they begin.
         began: How many physics steps had been taken there.
-        block: The samples, shape (k, record_size), in each of which all robots are near enough.
+        block: The samples, shape (k, record_size); those that are kept are written anew.
         distances: See `distances_of`.
         bound: See `bound_of`.
 
     Returns:
-        How many samples there are to the first one after that, and how things stand; None if all is well.
+        As of `take`; None if all is well.
     """
-    sizes, schedule = plant.world.sizes, plant.world.schedule
+    sizes, schedule, warned = plant.world.sizes, plant.schedule, bool(plant.warnings())
     timestep, first = plant.world.scenario.physics.timestep, schedule.before(began)
     ends = [schedule.step(first + row) for row in range(len(block))]
     elapsed = (np.array(ends) - [began, *ends[:-1]])[:, np.newaxis] * timestep
     robots, target = (block[:, columns(name, sizes)] for name in ("speed_max", "target_speed_max"))
-    may_stray = distances > bound - (robots + target) * elapsed
-    if not may_stray.any():
+    is_open = ~(distances <= bound - (robots + target) * elapsed).all(axis=1) | ~_finite(block, sizes)
+    if not (is_open.any() or warned):
         return None
-    open_rows = np.flatnonzero(may_stray.any(axis=1))
-    after = plant.mark()
+    after, sample = plant.mark(), np.empty((1, plant.world.record_size))
     plant.back_to(mark)
     with stopping.deaf():
-        for row in open_rows:
+        for row in range(len(block)) if warned else np.flatnonzero(is_open):
             plant.fill(np.empty((row + first - schedule.before(plant.steps), plant.world.record_size)))
-            while plant.steps < ends[row]:
+            here = plant.mark()
+            plant.fill(sample)
+            if not (is_open[row] or plant.warnings()):
+                continue
+            plant.back_to(here)
+            while plant.steps <= ends[row]:
                 plant.step(1)
-                now = plant.record[np.newaxis]
-                if far := _far_away(now, distances_of(now, sizes), sizes, bound):
-                    plant.back_to(after)
-                    return int(row) + 1, Outcome.DIVERGED, far[1]
+                now, counted = plant.record[np.newaxis], plant.data.warning.number.copy()
+                is_kept, outcome, message = examine(now, distances_of(now, sizes), plant, bound)
+                if outcome is Outcome.COMPLETED:
+                    continue
+                last = plant.steps - 2 + is_kept
+                plant.back_to(mark)
+                with plant.ending_at(max(last, began)) as shorter:
+                    kept, ended = plant.fill(block[: shorter.before(last + 1) - first], look=True)
+                plant.data.warning.number[:] = counted
+                return kept, ended, outcome, message
     plant.back_to(after)
     return None
 
@@ -459,9 +469,7 @@ def examine(block: Array, distances: Array, plant: Plant, bound: float) -> tuple
     if not len(block):
         return 0, Outcome.COMPLETED, ""
     sizes = plant.world.sizes
-    # Clearances are infinite where there is nothing to be clear of; everything else must be a number.
-    law = block[:, columns("q", sizes).start : columns("disturbance", sizes).stop]
-    finite = ~np.isnan(block).any(axis=1) & np.isfinite(law).all(axis=1)
+    finite = _finite(block, sizes)
     keep = len(block) if finite.all() else int(np.argmin(finite))
     if warnings := plant.warnings():
         words = ", ".join(f"{name} ({count} times)" for name, count in warnings.items())
@@ -470,9 +478,14 @@ def examine(block: Array, distances: Array, plant: Plant, bound: float) -> tuple
     if far := _far_away(block[:keep], distances[:keep], sizes, bound):
         return far[0] + 1, Outcome.DIVERGED, far[1]
     if keep < len(block):
-        moment = f" after {block[keep - 1, TIME]:.2f} s" if keep else ""
-        return keep, Outcome.DIVERGED, f"the state is no longer a number{moment}"
+        return keep, Outcome.DIVERGED, f"the state is no longer a number at {block[keep, TIME]:.2f} s"
     return keep, Outcome.COMPLETED, ""
+
+
+def _finite(block: Array, sizes: Mapping[str, int]) -> NDArray[np.bool_]:
+    """Which samples hold numbers; clearances are infinite where there is nothing to be clear of."""
+    law = block[:, columns("q", sizes).start : columns("disturbance", sizes).stop]
+    return np.asarray(~np.isnan(block).any(axis=1) & np.isfinite(law).all(axis=1))
 
 
 def _excess(block: Array, plant: Plant) -> str:

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import sys
 import time
-from collections.abc import Callable
+from bisect import bisect_left
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -22,6 +24,7 @@ from escort_mj.monitor.sampling import MOST_SAMPLES
 from escort_mj.monitor.signals import EPISODE_SIZE
 from escort_mj.native.kernels import DOUBLE
 from escort_mj.plugin_calls import is_plugins, place_in, watched
+from escort_mj.scenario.geometry.steps import Schedule
 from escort_mj.signals import columns
 from escort_mj.world.loop import layout
 from escort_mj.world.loop.addresses import behind, unpack_addresses
@@ -97,10 +100,11 @@ class Plant:
     Attributes:
         world: What is simulated.
         data: MuJoCo's data; the controller's state lives in its `userdata`.
+        schedule: When samples are taken.
     """
 
     def __init__(self, world: World) -> None:
-        self.world = world
+        self.world, self.schedule = world, world.schedule
         self.data = mujoco.MjData(world.model)
         layout.check(world.model, self.data)
         self._memory = self.data.userdata.ctypes.data
@@ -230,7 +234,7 @@ class Plant:
             At least one, shape (k, record_size); a view, until the next call, without what is asked of steps
             that are set aside. What there is, if the mission is interrupted on the way.
         """
-        schedule, kept = self.world.schedule, self._kept.samples
+        schedule, kept = self.schedule, self._kept.samples
         watched = self.steps
         next_one = schedule.before(watched)
         if not len(kept):
@@ -291,6 +295,18 @@ class Plant:
             if start == end:
                 return
             one.rows, end = rows[start:end], start
+
+    @contextmanager
+    def ending_at(self, step: int) -> Iterator[Schedule]:
+        """Have a sample in a step, wherever the schedule has others, and none behind it."""
+        whole, self.schedule = self.schedule, self.schedule.ending_at(step)
+        extra = unpack_plan(self.world.model.numeric_data.ctypes.data, self.world.setup.axes).extra
+        place = bisect_left(whole.extra, step)
+        before, extra[place] = extra[place], step
+        try:
+            yield self.schedule
+        finally:
+            self.schedule, extra[place] = whole, before
 
     def mark(self) -> Mark:
         """All that stepping depends on and changes, to come `back_to`."""

@@ -44,6 +44,11 @@ class Schedule:
             return self.extra[earlier]
         return (sample - earlier) * self.stride
 
+    def ending_at(self, step: int) -> Schedule:
+        """The schedule of a run that ends in a step, in which a sample is taken."""
+        earlier = self.extra[: bisect_left(self.extra, step)]
+        return Schedule(self.stride, step, (*earlier, step) if step % self.stride else earlier)
+
     @cached_property
     def _numbers(self) -> list[int]:
         """The numbers of the further samples."""
