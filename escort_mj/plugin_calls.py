@@ -133,16 +133,17 @@ def _told(error: BaseException, code: CodeType) -> str:
 
 
 @contextmanager
-def calling(function: Callable[..., Any]) -> Iterator[None]:
+def calling(function: Callable[..., Any], of_log: bool = False) -> Iterator[None]:
     """Call a plugin's function within, and check there what it returned; a context manager.
 
     Args:
         function: Of the plugin; one that ships is called as it is.
+        of_log: Whether it is asked of a log of real robots, which does not contain everything.
 
     Raises:
         PluginCallError: For whatever is raised within, `SystemExit` and the like too, and for whatever the
             plugin does and may not do; it names file and line.
-        NotLoggedError: If a log of real robots does not contain what is asked for.
+        NotLoggedError: If a log of real robots lacks what is asked for; of a run, this is an error.
         KeyboardInterrupt: If a user interrupts it.
     """
     late: dict[Any, str] = getattr(_late, "words", {})
@@ -154,10 +155,12 @@ def calling(function: Callable[..., Any]) -> Iterator[None]:
                 yield
         else:
             yield
-    except (NotLoggedError, PluginCallError):
+    except PluginCallError:
         raise
     except BaseException as error:  # `SystemExit` would end the program as if all were well
         if isinstance(error, KeyboardInterrupt) and stopping.is_users():
+            raise
+        if isinstance(error, NotLoggedError) and of_log:
             raise
         words = place_of(error, function)
         if supervised.too_long() in words:

@@ -21,12 +21,11 @@ from typing import Any, TextIO
 import numpy as np
 
 _PACKAGE = __name__.partition(".")[0]
+_OWN = f"{_PACKAGE}."  # how names of this program's modules begin
 _LIBRARIES = (
     *("builtins", "json", "math", "numpy", "numpy.linalg", "numpy.random"),
     *("os", "random", "signal", "sys", "time", "warnings"),
 )
-_JUDGES = {f"{_PACKAGE}.{name}" for name in ("measuring", "metrics.metric", "expect.verdicts", "mission")}
-_JUDGES |= {f"{_PACKAGE}.{name}" for name in ("expectations.expectation", "record.recording", "errors")}
 _WRAPPED = (classmethod, staticmethod, property)
 _SIGNALS = sorted(int(number) for number in signal.valid_signals() if number < 32)
 
@@ -83,8 +82,9 @@ class SharedState:
         self._handlers, self._timer = _handlers(), signal.getitimer(signal.ITIMER_REAL)
         self._filters = list(warnings.filters)
         self._limits = sys.getrecursionlimit(), sys.gettrace(), sys.getprofile()
-        self._modules = None if loading else sys.modules.copy()
-        self._members = [(one, vars(one).copy()) for one in _shared_modules(loading)]
+        every = sys.modules.copy()
+        self._modules = {name: every[name] for name in every if not loading or name.startswith(_OWN)}
+        self._members = [(one, vars(one).copy()) for one in _shared_modules()]
 
     def restored_builtins(self) -> str:
         """What of Python's own functions the plugin replaced, in words, put right again; empty for nothing.
@@ -140,10 +140,9 @@ class SharedState:
         if strict or (not self._loading and warnings.filters != self._filters):
             found.append("changes what becomes of warnings")
             warnings.filters[:] = self._filters  # type: ignore[index]
-        if self._modules is not None and (gone := self._modules.keys() - sys.modules.keys()):
-            found.append("takes modules away")
-            sys.modules.update({name: self._modules[name] for name in gone})
-        found += replaced
+        if gone := {name: one for name, one in self._modules.items() if sys.modules.get(name) is not one}:
+            sys.modules.update(gone)
+        found += ["takes modules away"] * bool(gone) + replaced
         return f"a plugin must not do this: it {found[0]}" if found else ""
 
     def _put_back(self) -> list[str]:
@@ -153,6 +152,9 @@ class SharedState:
             for name, value in _replaced(before, vars(module)):
                 found.append(f"replaces {module.__name__}.{name}")
                 setattr(module, name, value)
+            for name in _hiding(before, vars(module)):
+                found.append(f"replaces {module.__name__}.{name}")
+                delattr(module, name)
         return found
 
     def _changed_signals(self) -> Iterator[str]:
@@ -199,11 +201,9 @@ def _same_state(one: Any, other: Any) -> bool:
     return bool(one[2:] == other[2:] and np.array_equal(one[1], other[1]))
 
 
-def _shared_modules(every: bool) -> list[ModuleType]:
+def _shared_modules() -> list[ModuleType]:
     """Modules and, of this package, their classes whose functions a plugin must not replace."""
-    names = [*_LIBRARIES, *_JUDGES]
-    if every:
-        names = [*_LIBRARIES, *(name for name in sys.modules if name.startswith(f"{_PACKAGE}."))]
+    names = (*_LIBRARIES, *(name for name in sys.modules.copy() if name.startswith(_OWN)))
     modules = [module for name in names if isinstance(module := sys.modules.get(name), ModuleType)]
     classes = [
         value
@@ -226,3 +226,8 @@ def _replaced(before: Mapping[str, Any], now: Mapping[str, Any]) -> list[tuple[s
         and (callable(value) or isinstance(value, _WRAPPED))
         and not name.startswith("__")
     ]
+
+
+def _hiding(before: Mapping[str, Any], now: Mapping[str, Any]) -> list[str]:
+    """Names of properties that a class has only now, and that hide what its instances have."""
+    return [name for name in now.keys() - before.keys() if isinstance(now[name], property)]

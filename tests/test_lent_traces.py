@@ -83,3 +83,11 @@ def test_a_key_whose_bounds_are_no_numbers_is_refused(tmp_path):
     text = EXPECTATION.replace("BODY", "pass").replace("SKIP", bound)
     with pytest.raises(errors.EscortError, match=r"plugin\.py: SchemaError"):
         mission(tmp_path, text, {"forged": 1})
+
+
+@pytest.mark.parametrize("name", ["subject", "demanded", "watched", "window_in", "judge_run"])
+def test_an_expectation_says_by_its_judgment_alone_what_it_found(tmp_path, name):
+    """All else is called where an exit would end the command, and skip what else is judged."""
+    text = EXPECTATION.replace("BODY", "pass").replace("SKIP", f"{name} = property(lambda self: quit())")
+    with pytest.raises(errors.EscortError, match=f"Forged: found {name} .*has parameters and judge"):
+        mission(tmp_path, text, {"forged": 1})

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from escort_mj import load_scenario
-from escort_mj.errors import PluginError, UsageError
+from escort_mj.errors import NotLoggedError, PluginError, UsageError
 from escort_mj.expect.verdicts import judge
 from escort_mj.expectations.expectation import Judgment, Windowed
 from escort_mj.metrics.measure import Measure
@@ -66,6 +66,8 @@ class TestMetrics:
         ("returned", "words"),
         [
             (float("nan"), "found nan"),
+            (np.ma.masked, "expected a number"),
+            (NotLoggedError("q"), "NotLoggedError: the log does not contain q"),
             (-5.0, "found -5; by its own bounds, own is at least 0; @metric(least="),
             (-math.inf, "found -inf"),
             ("3", "found str; expected a number"),
@@ -140,6 +142,7 @@ class TestExpectations:
             (Judgment(True, "w", skip=None), "skip: found NoneType"),
             (Judgment(True, "w", skip="no mood"), "skip: found 'no mood'; expected none: a scenario says"),
             (SystemExit(0), "SystemExit: 0"),
+            (NotLoggedError("q"), "NotLoggedError: the log does not contain q"),
         ],
         ids=repr,
     )

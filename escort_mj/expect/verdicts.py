@@ -14,7 +14,7 @@ from escort_mj.metrics.reading import robots
 from escort_mj.numerics.steps import first_step, last_step
 from escort_mj.plugin_calls import calling, is_plugins
 from escort_mj.record.outcome import Outcome, Verdict
-from escort_mj.record.recording import LOG_OF, Recorded, ends_early, gaps_of, lent
+from escort_mj.record.recording import LOG_OF, Recorded, ends_early, gaps_of, is_log, lent
 from escort_mj.record.tables import aligned
 from escort_mj.record.team import team_names
 from escort_mj.record.window import end_of, window
@@ -130,7 +130,7 @@ def _judged(expectation: Expectation, trace: Recorded, outcome: Outcome) -> tupl
     demanded, kind = expectation.kind, type(expectation)
     function = kind.judge_run if kind.judge is Expectation.judge else kind.judge
     try:
-        with calling(function):
+        with calling(function, is_log(trace)):
             demanded = expectation.demanded + expectation.when
             shown = lent(trace) if is_plugins(function) else trace
             found = checked(expectation.judge_run(shown, outcome), trace)

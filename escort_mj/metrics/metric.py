@@ -15,7 +15,7 @@ from escort_mj.errors import NotLoggedError, PluginCallError, UsageError
 from escort_mj.metrics.measure import Bodies, Measure
 from escort_mj.metrics.watching import Watch
 from escort_mj.plugin_calls import calling, is_plugins
-from escort_mj.record.recording import Recorded, lent, sealed
+from escort_mj.record.recording import Recorded, is_log, lent, sealed
 from escort_mj.record.window import OVERS, Over, Span, end_of, rate_of
 
 F = TypeVar("F", bound=Callable[..., Any])
@@ -39,7 +39,7 @@ def number(value: Any, what: str, finite: bool = False) -> float:
         ValueError: If it is NaN, or infinite and must not be.
     """
     array = np.asarray(value)
-    if array.ndim or array.dtype.kind not in "biuf":
+    if array.ndim or array.dtype.kind not in "biuf" or np.ma.is_masked(value):
         kind = f"an array of shape {array.shape}" if isinstance(value, np.ndarray) else type(value).__name__
         raise TypeError(f"{what}: found {kind}; expected a number")
     found = float(array)
@@ -154,7 +154,7 @@ class Metric(NamedTuple):
     def of(self, trace: Recorded) -> Measure:
         """Return its value over all of a trace; an error of its function gives no value but the reason."""
         try:
-            with calling(self.function):
+            with calling(self.function, is_log(trace)):
                 shown = lent(trace) if is_plugins(self.function) else sealed(trace)
                 return self._checked(self.function(shown), trace)
         except NotLoggedError as error:

@@ -101,14 +101,12 @@ def _check_names(model: type[Any], place: str) -> None:
 
     What it has in place of methods of the base class is called as these are; Python's own methods are left.
     """
-    theirs = [
-        base for base in model.__mro__ if base.__module__.split(".")[0] not in ("escort_mj", "pydantic")
-    ]
+    theirs = _written_in(model)
     ours: list[Any] = [base for base in model.__mro__ if base not in (*theirs, *GENERAL)]
     known = [pair for base in ours for pair in vars(base).items() if pair[0][0] != "_"]
     methods = [name for name, value in known if _is_method(value)] + [*ours[0].model_fields]
     others = ["compiled", *(name for name, value in known if not hasattr(value, "__get__"))]
-    for base in theirs[:-1]:  # the last is object
+    for base in theirs:
         for name, value in vars(base).items():
             of_base = getattr(ours[0], name, None)
             if (
@@ -129,6 +127,12 @@ def _check_names(model: type[Any], place: str) -> None:
                 words = f"found {name}{_line(getattr(value, 'fget', value)) or _line_of(base, name)}"
                 own = "a name of your own that is so alike begins with _"
                 raise PluginError(f"{place}: {words}, of which nothing knows{near} ({own})")
+
+
+def _written_in(model: type[Any]) -> list[type[Any]]:
+    """Return it and those of its bases that are no part of the program, nor of Python."""
+    others = ("escort_mj", "pydantic", "builtins")
+    return [base for base in model.__mro__ if base.__module__.split(".")[0] not in others]
 
 
 def _is_method(value: Any) -> bool:
@@ -166,6 +170,10 @@ def _check_expectation(model: type[Expectation], place: str) -> None:
         own = [name for name, value in vars(model).items() if callable(value) and not name.startswith("_")]
         raise PluginError(f"{place}: has no judge(self, trace){instead('judge', own)}")
     _check_signature(model.judge, ["self", "trace"], place)
+    for name, value in [pair for base in _written_in(model) for pair in vars(base).items()]:
+        if name != "judge" and name[0] != "_" and _is_method(getattr(Expectation, name, None)):
+            words = "an expectation has parameters and judge(self, trace)"
+            raise PluginError(f"{place}: found {name}{_line(getattr(value, 'fget', value))}; {words}")
     model.model_rebuild(force=True)
 
 
