@@ -151,12 +151,14 @@ def _as_logged(expectation: Expectation, found: Judgment, trace: Recorded) -> Ju
 
 
 def _unless_unseen(expectation: Expectation, found: Judgment, trace: Recorded, outcome: Outcome) -> Judgment:
-    """The finding, unless it held only because the trace does not show all of the window.
+    """The finding, unless it held only because the trace does not show all of the window, or is of no tail.
 
     The run may have broken off in it. Or the window was not known when the run was recorded: then what is
     watched between samples is known from sample to sample only; of touches there is a log.
     """
     (start, end), time = expectation.window_in(end_of(trace)), trace["time"].values
+    if not outcome.good and expectation.of_end and len(time):
+        return _unseen(found, f"the run broke off at {time[-1]:g} s, and has no tail")
     if not found.held or (not len(time) and (outcome.good or end is None)):
         return found
     if not len(time):
@@ -167,8 +169,6 @@ def _unless_unseen(expectation: Expectation, found: Judgment, trace: Recorded, o
     if not outcome.good and max(first, last) > reached + 0.5 * timestep:
         where = "inside" if first <= reached else "before"
         return _unseen(found, f"the run ended at {reached:g} s, {where} the window")
-    if not outcome.good and expectation.of_end:
-        return _unseen(found, f"the run broke off at {reached:g} s, and has no tail")
     if expectation.sampled_at_ends:
         alone = [first - timestep] if first == last > 0.0 else []  # or the only sample knows nothing
         gaps = gaps_of(trace)

@@ -71,7 +71,7 @@ def checked(found: Any, trace: Recorded) -> Judgment:
         None if found.value is None else number(found.value, "value"),
         text(found.unit, "unit"),
         None if found.time is None else moment_in(found.time, trace),
-        names(found.bodies),
+        names(found.bodies, trace),
         None if found.margin is None else number(found.margin, "margin"),
         bool(found.near_miss),
         text(found.skip, "skip"),

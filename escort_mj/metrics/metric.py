@@ -72,15 +72,18 @@ def text(value: Any, what: str) -> str:
     return str(value)
 
 
-def names(value: Any) -> Bodies:
-    """Return names of bodies that a plugin gave.
+def names(value: Any, trace: Recorded) -> Bodies:
+    """Return names of bodies of a trace that a plugin gave.
 
     Raises:
         TypeError: If they are none.
+        ValueError: If there is no such body.
     """
     if not isinstance(value, list | tuple) or not all(isinstance(each, str) for each in value):
         kind = type(value).__name__
         raise TypeError(f'bodies: found {kind}; expected names of bodies, such as ("robot_1",)')
+    if strange := set(value).difference(trace["body"].values.tolist() if "body" in trace else value):
+        raise ValueError(f"bodies: found {min(strange)!r:.80}, which is no body of this run")
     return tuple(map(str, value))
 
 
@@ -178,7 +181,7 @@ class Metric(NamedTuple):
         found = Measure(
             None if found.value is None else number(found.value, "value"),
             None if found.time is None else moment_in(found.time, trace),
-            names(found.bodies),
+            names(found.bodies, trace),
             text(found.reason, "reason") or ("" if found.value is not None else f"{self.name} has no value"),
             bool(found.broken),
             manner=text(found.manner, "manner"),

@@ -12,6 +12,7 @@ from escort_mj.metrics.metric import metric
 from escort_mj.metrics.reading import NO_OPPONENTS
 from escort_mj.metrics.watching import Course, Fold, Watch, nothing, simple, worst_of
 from escort_mj.record.recording import Recorded, lacks
+from escort_mj.record.window import rate_of
 
 COMES, INTERCEPTED, REACHED = 1, 2, 3
 
@@ -50,11 +51,11 @@ def _ended(trace: Recorded, status: int) -> Measure:
     if not len(which):
         return Measure(0.0)
     rows = np.argmax(trace["opponent_status"].values[:, which] == status, axis=0)
-    order = np.argsort(rows, kind="stable")
-    first, *others = zip(_named(trace, which[order]), trace["time"].values[rows[order]], strict=True)
-    then = ", ".join(f"{name} at {time:.2f} s" for name, time in others)
-    time = worst_of(trace, WATCHES[status]).time
-    return Measure(float(len(which)), time, first[:1], manner=then and f"then {then}")
+    order, first = np.argsort(rows, kind="stable"), worst_of(trace, WATCHES[status])
+    known = "at" if rate_of(trace) == 1.0 / float(trace.attrs["timestep"]) else "by"  # a sample
+    others = zip(_named(trace, which[order]), trace["time"].values[rows[order]], strict=True)
+    then = ", ".join(f"{name} {known} {time:.2f} s" for name, time in others if name not in first.bodies)
+    return first._replace(value=float(len(which)), manner=then and f"then {then}")
 
 
 @metric(

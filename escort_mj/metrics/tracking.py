@@ -47,19 +47,19 @@ def _rms(trace: Recorded, watch: Watch) -> Measure:
     return Measure(math.sqrt(mean_of(trace, watch)))
 
 
-@metric(unit="m", over="tail", watched=False, rank=70, watches=(ERROR,))
+@metric(unit="m", over="tail", watched=False, leaves_out=True, rank=70, watches=(ERROR,))
 def tracking_error_rms(trace: Recorded) -> Measure:
     """Root mean square of |e|."""
     return _rms(trace, ERROR)
 
 
-@metric(unit="m/s", over="tail", watched=False, rank=80, watches=(VELOCITY_ERROR,))
+@metric(unit="m/s", over="tail", watched=False, leaves_out=True, rank=80, watches=(VELOCITY_ERROR,))
 def velocity_error_rms(trace: Recorded) -> Measure:
     """Root mean square of |e_dot|."""
     return _rms(trace, VELOCITY_ERROR)
 
 
-@metric(unit="m", grows=True, watched=False, rank=72, watches=(LARGEST,))
+@metric(unit="m", grows=True, watched=False, leaves_out=True, rank=72, watches=(LARGEST,))
 def tracking_error_max(trace: Recorded) -> Measure:
     """Largest |e|."""
     return Measure(None, reason=ALL_LOST) if lost(trace).all() else worst_of(trace, LARGEST)
@@ -81,7 +81,7 @@ def _true(trace: Recorded, name: str) -> np.ndarray:
     return np.where(lost(trace), np.nan, (error**2).sum(axis=2))
 
 
-@metric(unit="m", over="tail", watched=False, rank=76)
+@metric(unit="m", over="tail", watched=False, leaves_out=True, rank=76)
 def true_error_rms(trace: Recorded) -> Measure:
     """Root mean square of |q_d - q|, without measurement noise."""
     if lost(trace).all():
@@ -89,7 +89,7 @@ def true_error_rms(trace: Recorded) -> Measure:
     return Measure(math.sqrt(mean(trace, _true(trace, "q"))))
 
 
-@metric(unit="m", grows=True, watched=False, rank=78)
+@metric(unit="m", grows=True, watched=False, leaves_out=True, rank=78)
 def true_error_max(trace: Recorded) -> Measure:
     """Largest |q_d - q|, without measurement noise."""
     if lost(trace).all():
@@ -97,7 +97,7 @@ def true_error_max(trace: Recorded) -> Measure:
     return Measure(math.sqrt(np.nanmax(_true(trace, "q"))))
 
 
-@metric(unit="m/s", over="tail", watched=False, rank=82)
+@metric(unit="m/s", over="tail", watched=False, leaves_out=True, rank=82)
 def true_velocity_error_rms(trace: Recorded) -> Measure:
     """Root mean square of |v_d - v|, without measurement noise."""
     if lost(trace).all():

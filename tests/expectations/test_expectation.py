@@ -56,6 +56,14 @@ class TestJudging:
         found = judge_one(Broken(together=11.0, xfail="it is broken"), watched(), Outcome.COMPLETED)
         assert found.broken and not found.passed and f"{__file__}:" in found.message
 
+    def test_bodies_are_those_of_the_run(self):
+        class Ghost(Together):
+            def judge(self, trace):
+                return Judgment(True, "seen", bodies=("ghost",))
+
+        found = judge_one(Ghost(together=11.0), watched(), Outcome.COMPLETED)
+        assert found.broken and "bodies: found 'ghost', which is no body of this run" in found.message
+
     def test_so_it_is_of_a_kind_that_ships(self):
         trace = watched().drop_vars("clearance")
         found = judge_one(

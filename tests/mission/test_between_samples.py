@@ -1,11 +1,13 @@
 """The same verdicts at any rate of recording: expectations judge every physics step."""
 
+import re
 from itertools import cycle
 
 import numpy as np
 import pytest
 
 from escort_mj import Scenario, load_scenario
+from escort_mj.metrics import METRIC_NAMES
 from escort_mj.metrics.tracking import TRACKED
 from escort_mj.mission import fly
 from escort_mj.recognize import scenario_names, scenarios_folder
@@ -133,6 +135,7 @@ def test_a_run_breaks_off_in_the_same_step_at_any_rate(compiled, broken, end):
         {"metric": "radius_error_mean", "at_most": 13.4, "after": 0.3},
         {"metric": "kinetic_energy_max", "at_most": 3500.0},
         {"metric": "force_rms", "at_most": 5.0},
+        {"metric": "force_rms", "at_most": 5.0, "over": "tail"},
         {"sanity": ["finite", "warnings"]},
     )
     scenario = Scenario(duration=60.0, expect=expect, **broken)
@@ -202,6 +205,31 @@ def test_totals_of_robots_that_fail_end_when_the_team_knows(compiled):
     reference = verdicts(scenario, every)
     for rate in (1, 10, 50):
         assert_equal(verdicts(scenario, rate), reference)
+
+
+def test_tracking_errors_name_robots_that_they_leave_out(compiled):
+    errors = [
+        name for name in METRIC_NAMES if re.match(r"(true_)?(tracking_|velocity_)?error_(rms|max)$", name)
+    ]
+    failing = {"robots.failures": [{"robot": 2, "at": 1.0}], "duration": 2.0}
+    run = fly(WAYS.replace(failing, expect=tuple({"metric": name, "at_most": 9.0} for name in errors)))
+    assert len(errors) == 6 and all(
+        "; without robot 2, which failed" in one.message for one in run.verdicts[1:]
+    )
+
+
+def test_the_first_opponent_that_comes_through_is_the_same(compiled):
+    places = [[8.02, 0.0], [0.0, 8.01], [-8.0, 0.0]]
+    scenario = Scenario(
+        duration=6.0, target={"radius": 0.3}, robots={"positions": [[9.0, 9.0]], "force_limit": 1e-6},
+        mission={"radius": 12.0, "behaviors": ["surface"]},
+        opponents=[{"count": 3, "positions": places, "policy": {"policy": "straight", "speed": 2.0}}],
+        expect=({"metric": "opponents_breached", "at_most": 0},),
+    )  # fmt: skip
+    found = {rate: fly(scenario.replace({"recording.rate": rate})).verdicts[1] for rate in (1, 10, 500)}
+    assert len({(one.value, one.who, one.time) for one in found.values()}) == 1
+    assert found[1].who == "opponent_3" and "then opponent_1 by 4.00 s" in found[1].message
+    assert "then opponent_2 at 3.7" in found[500].message
 
 
 def test_so_does_what_a_plugin_judges_without_a_value(compiled, tmp_path):
