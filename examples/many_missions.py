@@ -20,8 +20,10 @@ def main() -> None:
     """Runs the missions on all cores, and says what came of them."""
     count = int(sys.argv[1]) if len(sys.argv) > 1 else 1000
     passed, worst = 0, (float("inf"), None)
-    for run in escort_mj.run_many(missions(count)):
+    for done, run in enumerate(escort_mj.run_many(missions(count)), 1):
         passed += run.passed
+        if done % max(count // 10, 1) == 0:
+            print(f"{done} of {count} missions", file=sys.stderr, flush=True)
         clearance = run.metrics["obstacle_clearance_min"]["value"] if run.outcome.good else -float("inf")
         worst = min(worst, (clearance, run.scenario.seed))
     print(f"{passed} of {count} missions passed; least clearance {worst[0]:.3f} m, with seed {worst[1]}")

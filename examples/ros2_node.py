@@ -14,10 +14,14 @@ late. Set `LIMITS` to your robots and your hall. Time stamps of the odometry hav
 """
 
 import numpy as np
-import rclpy
-from geometry_msgs.msg import Twist, Wrench
-from nav_msgs.msg import Odometry
-from rclpy.node import Node
+
+try:
+    import rclpy
+    from geometry_msgs.msg import Twist, Wrench
+    from nav_msgs.msg import Odometry
+    from rclpy.node import Node
+except ImportError as error:
+    raise SystemExit(f"{error}; source the setup of ROS 2 first, such as /opt/ros/jazzy/setup.bash") from None
 
 from escort_mj import Area, Controller, EscortError, Limits
 

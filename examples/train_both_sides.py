@@ -121,7 +121,8 @@ def main(arguments: list[str] | None = None) -> None:
     parser.add_argument("--generations", type=int, default=GENERATIONS, help="of each side")
     parser.add_argument("--missions", type=int, default=6, help="that each attempt is played in")
     parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--law", choices=LAWS, help="behaviors of the defender, which is then not trained")
+    words = f"behaviors of the defender, which is then not trained: {' or '.join(map(repr, LAWS))}"
+    parser.add_argument("--law", choices=LAWS, metavar="BEHAVIORS", help=words)
     parser.add_argument("--tests", type=int, default=300, help="missions of each pair at the end")
     parser.add_argument("--folder", type=Path, default=Path("renders/both_sides"))
     asked = parser.parse_args(arguments)

@@ -36,6 +36,13 @@ def test_many_missions(compiled: None) -> None:
         [sys.executable, EXAMPLES / "many_missions.py", "3"], capture_output=True, text=True, check=True
     )
     assert " of 3 missions passed; least clearance 0." in made.stdout
+    assert made.stderr.splitlines() == ["1 of 3 missions", "2 of 3 missions", "3 of 3 missions"]
+
+
+def test_ros2_node_without_ros2() -> None:
+    made = subprocess.run([sys.executable, EXAMPLES / "ros2_node.py"], capture_output=True, text=True)
+    assert made.returncode == 1
+    assert made.stderr.startswith("No module named 'rclpy'; source the setup of ROS 2 first")
 
 
 def test_train_policy(compiled: None, capsys: pytest.CaptureFixture[str]) -> None:

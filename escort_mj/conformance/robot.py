@@ -218,7 +218,7 @@ def model_page(kind: Mjcf, model: RobotModel) -> list[str]:
 
 
 def _numbers(values: Any) -> str:
-    return "(" + ", ".join(f"{float(value):.4g}" for value in values) + ")"
+    return "(" + ", ".join(f"{round(float(value), 9) + 0.0:.4g}" for value in values) + ")"
 
 
 def _ranges(model: RobotModel) -> str:

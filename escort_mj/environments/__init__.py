@@ -5,9 +5,10 @@ and Gymnasium). Where Gymnasium is installed, importing this package registers `
 """
 
 from escort_mj.environments.registration import register
+from escort_mj.environments.rivals import RivalReward
 from escort_mj.environments.senses import Reward
 from escort_mj.environments.simulation import Simulation
 
-__all__ = ["Reward", "Simulation"]
+__all__ = ["Reward", "RivalReward", "Simulation"]
 
 register()

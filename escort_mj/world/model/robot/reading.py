@@ -120,9 +120,13 @@ def _base(model: mujoco.MjModel, body: str, name: str) -> int:
     if not roots:
         raise RobotError(f"{name}: has no base: no body has a free joint, or slides along two axes")
     driven = [root for root in roots if _has_actuator(model, root)] or roots
+    if len(driven) > 1 and not model.nu:
+        raise RobotError(f"{name}: has no actuator; expected motors or servos that move a base")
     if len(driven) > 1:
         found = " and ".join(model.body(root).name for root in driven)
-        raise RobotError(f"{name}: found {len(driven)} bases, {found}; say which by the key body")
+        raise RobotError(
+            f"{name}: found {len(driven)} bases, {found}; say which by the key body (of check-robot: --body)"
+        )
     return next(number for number in moving if model.body_rootid[number] == driven[0])
 
 
