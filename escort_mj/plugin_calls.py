@@ -76,8 +76,9 @@ class _Call:
     """A call under way.
 
     Attributes:
-        function: Which; None while a plugin is loaded.
+        function: Which; None while a plugin is loaded or its parameters are checked.
         file: The plugin's file.
+        loads: Whether it is loaded: modules that it imports may do what a plugin may not.
         outer: The call during which it was called; None if it was not.
         is_under_way: Whether it has not returned; one of a step is kept for the next.
         began: When [s].
@@ -85,8 +86,8 @@ class _Call:
         overdue: Since when its time is over; infinite if it is not [s].
     """
 
-    def __init__(self, function: Callable[..., Any] | None, file: str) -> None:
-        self.function, self.file = function, file
+    def __init__(self, function: Callable[..., Any] | None, file: str, loads: bool) -> None:
+        self.function, self.file, self.loads = function, file, loads
         self.outer: _Call | None = None
         self.is_under_way = True
         self.began, self.trespass, self.overdue = monotonic(), "", math.inf
@@ -169,18 +170,19 @@ def calling(function: Callable[..., Any], of_log: bool = False) -> Iterator[None
 
 
 @contextmanager
-def confined(file: str, function: Callable[..., Any] | None = None) -> Iterator[None]:
+def confined(file: str, function: Callable[..., Any] | None = None, loads: bool = False) -> Iterator[None]:
     """Run a plugin's code within, which may not do what ends or changes the process; a context manager.
 
     Args:
         file: The plugin's.
-        function: What is called; None while the plugin is loaded.
+        function: What is called; None while the plugin is loaded or its parameters are checked.
+        loads: Whether it is loaded.
 
     Raises:
         Trespass: For what the plugin did and may not do, unless another error is on its way.
     """
     _prepare()
-    before, call = SharedState(function is None, _refuse), begin(function, file)
+    before, call = SharedState(loads, _refuse), begin(function, file, loads)
     try:
         yield
     except Trespass as error:
@@ -212,9 +214,9 @@ def watched() -> Iterator[list[str]]:
             found.append(replaced or changed)
 
 
-def begin(function: Callable[..., Any] | None, file: str) -> _Call:
+def begin(function: Callable[..., Any] | None, file: str, loads: bool = False) -> _Call:
     """Note that this thread calls a plugin's function; `end` ends it."""
-    call, before = _Call(function, file), _calls.get(get_ident())
+    call, before = _Call(function, file, loads), _calls.get(get_ident())
     call.outer = before if before is not None and before.is_under_way else None
     _calls[get_ident()] = call
     if supervised.own_page is not None:
@@ -260,7 +262,7 @@ def step(function: Callable[..., Any], first: bool, call: Callable[[], Any]) -> 
     outer = None
     if known is None or known.function is not function or known.is_under_way:
         outer = known if known is not None and known.is_under_way else None
-        known = _calls[thread] = _Call(function, function.__code__.co_filename)
+        known = _calls[thread] = _Call(function, function.__code__.co_filename, False)
     known.began, known.is_under_way = monotonic(), True
     try:
         returned = call()
@@ -307,7 +309,7 @@ def _audit(event: str, arguments: tuple[Any, ...]) -> None:
     """Refuse what a plugin may not do, before Python does it."""
     if event in _REFUSED and (call := _under_way()) is not None:
         by_signal = sys._getframe(1).f_code.co_filename == stopping.__file__  # a user's second interrupt
-        if not by_signal and (call.function is not None or _is_own(call.file)):
+        if not by_signal and (not call.loads or _is_own(call.file)):
             _refuse(_REFUSED[event])
 
 
@@ -326,7 +328,7 @@ def _guard(module: Any, name: str, words: str) -> None:
     def guarded(*arguments: Any, **more: Any) -> Any:
         call = _under_way()
         allowed = name == "write" and arguments[:1] != (1,)
-        if call is not None and not allowed and (call.function is not None or _is_own(call.file)):
+        if call is not None and not allowed and (not call.loads or _is_own(call.file)):
             if sys._getframe(1).f_code.co_filename != stopping.__file__:  # a user's second interrupt
                 _refuse(words)
         return usual(*arguments, **more)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
+from contextlib import nullcontext
 from copy import deepcopy
 from pathlib import Path as FilePath
 from typing import Any
@@ -12,12 +13,12 @@ from pydantic import ValidationError
 
 from escort_mj import stopping
 from escort_mj.errors import Fault, PluginError, ScenarioError, UsageError
-from escort_mj.plugin_calls import blamed
+from escort_mj.plugin_calls import Trespass, blamed, confined
 from escort_mj.scenario.arguments import Overrides
 from escort_mj.scenario.checks import whole as checks
 from escort_mj.scenario.findings import Finding, did_you_mean, key_path, shortened, shown
 from escort_mj.scenario.reader import explain
-from escort_mj.scenario.reader.catalog import resolve_plugins
+from escort_mj.scenario.reader.catalog import catalog_of, resolve_plugins
 from escort_mj.scenario.reader.document import Document, Place, line_and_column, read_document
 from escort_mj.scenario.reader.dump import differing
 from escort_mj.scenario.reader.files.robots import read_robots
@@ -313,14 +314,20 @@ def _validated(data: dict[str, Any], kind: type[Scenario]) -> Scenario:
 
     Raises:
         ValidationError: With what is wrong by itself.
-        PluginError: If a validator of a plugin raises anything else than that a value is wrong.
+        PluginError: If a validator of a plugin raises anything else than that a value is wrong, or does what
+            a plugin may not do.
     """
+    files = ", ".join(str(one.source.file or one.source.package) for one in catalog_of(kind).plugins)
     try:
-        return kind.model_validate(tuples(data), strict=True)
+        with confined(files) if files else nullcontext():
+            return kind.model_validate(tuples(data), strict=True)
     except ValidationError:
         raise
     except BaseException as error:
-        if (isinstance(error, KeyboardInterrupt) and stopping.is_users()) or not (at := blamed(error)):
+        if isinstance(error, KeyboardInterrupt) and stopping.is_users():
+            raise
+        at = blamed(error) or (f"{files}: {error}" if isinstance(error, Trespass) else "")
+        if not at:
             raise
         raise PluginError(at) from error
 

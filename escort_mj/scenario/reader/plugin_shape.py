@@ -116,6 +116,8 @@ def _check_names(model: type[Any], place: str) -> None:
             ):
                 words = "a component has parameters, and methods with names of their own"
                 raise PluginError(f"{place}: found {name}{_line(value)}; {words}")
+            if isinstance(inspect.getattr_static(ours[0], name, None), classmethod) and name[:2] != "__":
+                raise PluginError(f"{place}: found {name}{_line(value)}; it is not to be set")
             if isfunction(value) and isfunction(of_base) and name[0] != "_":
                 given = inspect.signature(of_base).parameters.items()
                 _check_signature(value, [key for key, one in given if one.default is one.empty], place)
@@ -317,6 +319,7 @@ def _check_old(model: type[Equations], place: str) -> None:
 
 def _line(function: Any) -> str:
     """Say where a function stands, if it says so itself."""
+    function = getattr(function, "__func__", function)  # of a class method
     code = getattr(getattr(function, "py_func", function), "__code__", None)
     return f" (line {code.co_firstlineno})" if code else ""
 

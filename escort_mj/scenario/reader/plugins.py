@@ -183,7 +183,7 @@ def _load_file(path: Path, source: PluginSource) -> Plugin:
     ):  # else texts below parameters are looked for in the module
         inspect.modulesbyfile.pop(file, None)  # that was loaded from there before its content changed
     try:
-        with _messages(str(path)), confined(str(path)):
+        with _messages(str(path)), confined(str(path), loads=True):
             loader.exec_module(module)
             members = _members(module, str(path), name)
     except BaseException:
@@ -202,7 +202,7 @@ def _load_package(name: str, source: PluginSource) -> Plugin:
             "a file is named with its suffix, .py"
         )
     entry: EntryPoint = known[name]
-    with _messages(name), confined(name):
+    with _messages(name), confined(name, loads=True):
         module = entry.load()
     if not isinstance(module, ModuleType):
         raise PluginError(f"{name}: its entry point is {entry.value}; expected a module")
