@@ -61,6 +61,7 @@ class TestLoading:
         monkeypatch.chdir(folder)
         own = parse_scenario("duration: 1").replace({"plugins": ["own_law.py"], "controller": "pid"})
         assert own.controller.law == own.replace(seed=3).controller.law == "pid"
+        assert Scenario(plugins=["own_law.py"], controller="pid") == own.replace(duration=30)
         with pytest.raises(ScenarioError, match='controller.law: found "pid"; allowed are'):
             own.replace({"plugins": []})
         with pytest.raises(ScenarioError, match=r"plugins\[0\]: .*none\.py: there is no such file"):
