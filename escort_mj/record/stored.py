@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 MODEL, TRACE = "model.xml", "trace.nc"
 METRICS, VERDICTS, JOURNAL = "metrics.json", "verdicts.json", "journal"
 FIGURES, VIDEO, CLIP, REPORT, PLUGINS = "figures", "video.mp4", "clip.mp4", "report.html", "plugins"
-ASSETS = "assets"
+ASSETS, STUDY_FILE = "assets", "study.yaml"
 VIDEOS = (VIDEO, "video.webp", "video.gif")  # GIFs are of earlier versions
 OURS = (
     OUTCOME,
@@ -88,6 +88,9 @@ def read_run(path: str | os.PathLike[str]) -> StoredRun:
     folder = Path(path)
     if folder.is_file():
         raise RunFolderError(f"{folder}: is a file; expected a run folder, such as {folder.parent}")
+    if (folder / STUDY_FILE).is_file():
+        words = f"its kept runs are in {folder / 'runs'}, and escort-mj report draws its figures"
+        raise RunFolderError(f"{folder}: is the folder of a study; {words}")
     if kind := irregular(folder / MODEL):
         raise RunFolderError(f"{folder / MODEL}: is {kind}, not a file")
     outcome = read_outcome(folder)

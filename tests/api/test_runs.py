@@ -210,6 +210,14 @@ def test_what_is_read_only_says_what_is_done_in_place(opened: Run) -> None:
         escort_mj.open_run(opened.folder / "trace.nc")
 
 
+def test_the_folder_of_a_study_is_no_run(tmp_path: Path) -> None:
+    (tmp_path / "study.yaml").write_text("study: one\n")
+    with pytest.raises(
+        RunFolderError, match=r"is the folder of a study; its kept runs are in \S+runs, and escort-mj rep"
+    ):
+        escort_mj.open_run(tmp_path)
+
+
 def test_keys_are_set_by_calls_as_on_the_command_line(compiled: None) -> None:
     run = escort_mj.run(TEXT, overrides=["mission.radius=4", "seed=2"], duration=0.1, seed=3, expect=[])
     assert (run.scenario.mission.radius, run.scenario.duration, run.scenario.seed) == (4.0, 0.1, 3)
