@@ -158,7 +158,8 @@ def _unless_unseen(expectation: Expectation, found: Judgment, trace: Recorded, o
     """
     (start, end), time = expectation.window_in(end_of(trace)), trace["time"].values
     if not outcome.good and expectation.of_end and len(time):
-        return _unseen(found, f"the run broke off at {time[-1]:g} s, and has no tail")
+        nobody = found._replace(time=None, bodies=())
+        return _unseen(nobody, f"the run broke off at {time[-1]:g} s, and has no tail")
     if not found.held or (not len(time) and (outcome.good or end is None)):
         return found
     if not len(time):

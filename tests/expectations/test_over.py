@@ -39,6 +39,7 @@ def test_a_bound_says_over_which_part_of_the_run_it_holds(trace, keys, held, val
 def test_a_run_that_broke_off_has_no_tail(trace):
     found = judge_one(bound(over="tail"), trace, Outcome.DIVERGED)
     assert not found.held and "broke off at 10 s, and has no tail" in found.message
+    assert found.value is found.time is None and found.bodies == ()
 
 
 @pytest.mark.parametrize(
