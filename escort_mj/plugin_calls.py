@@ -55,11 +55,16 @@ _REFUSED = {
     "os.unsetenv": "changes the environment",
 }
 """What Python announces before it is done (PEP 578), in words."""
+_CHANGES_FILES = frozenset(
+    ("os.chmod", "os.link", "os.mkdir", "os.remove", "os.rename", "os.rmdir", "os.symlink", "os.truncate")
+)
+_WRITES = os.O_WRONLY | os.O_RDWR | os.O_CREAT | os.O_TRUNC | os.O_APPEND
 _UNANNOUNCED = (
     (os, "_exit", "ends the process (os._exit)"),
     (os, "abort", "ends the process (os.abort)"),
     (_sitebuiltins.Quitter, "__call__", "ends the process (quit, exit), and closes standard input"),
     (os, "write", "writes to standard output"),
+    (os, "writev", "writes to standard output"),
     (signal, "raise_signal", "sends a signal"),
     (threading, "_start_new_thread", "starts a thread"),
     (_thread, "start_new_thread", "starts a thread"),
@@ -311,14 +316,32 @@ def _audit(event: str, arguments: tuple[Any, ...]) -> None:
         by_signal = sys._getframe(1).f_code.co_filename == stopping.__file__  # a user's second interrupt
         if not by_signal and (not call.loads or _is_own(call.file)):
             _refuse(_REFUSED[event])
+    elif event in _CHANGES_FILES or (event == "open" and _writes(*arguments)):
+        if (call := _under_way()) is not None and _is_own(call.file):
+            _refuse("writes, moves or removes files")
+
+
+def _writes(path: Any, _: Any, flags: Any) -> bool:
+    """Whether a file is opened to be written, other than standard error and the one that keeps nothing."""
+    return isinstance(flags, int) and bool(flags & _WRITES) and path not in (2, os.devnull, "/dev/stderr")
 
 
 def _is_own(file: str) -> bool:
-    """Whether a file does what is being done, by itself or through Python's library; a package may do it."""
+    """Whether a file does what is being done, by itself or through Python's library.
+
+    A package may do it, and Python where it keeps what it has compiled of a module.
+    """
     frame: Any = sys._getframe(2)
-    while frame is not None and frame.f_code.co_filename.startswith((_STANDARD, "<frozen")):
+    while frame is not None and _is_pythons(frame.f_code.co_filename):
+        if frame.f_code.co_name == "set_data":
+            return False
         frame = frame.f_back
     return frame is not None and frame.f_code.co_filename == file
+
+
+def _is_pythons(file: str) -> bool:
+    """Whether a file is of Python's library."""
+    return file.startswith((_STANDARD, "<frozen")) and "-packages" not in file
 
 
 def _guard(module: Any, name: str, words: str) -> None:
@@ -327,7 +350,7 @@ def _guard(module: Any, name: str, words: str) -> None:
 
     def guarded(*arguments: Any, **more: Any) -> Any:
         call = _under_way()
-        allowed = name == "write" and arguments[:1] != (1,)
+        allowed = name.startswith("write") and arguments[:1] != (1,)
         if call is not None and not allowed and (not call.loads or _is_own(call.file)):
             if sys._getframe(1).f_code.co_filename != stopping.__file__:  # a user's second interrupt
                 _refuse(words)
