@@ -3,14 +3,14 @@
 import math
 from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import Field, NonNegativeFloat, PlainValidator, TypeAdapter, WithJsonSchema
+from pydantic import Field, NonNegativeFloat, PlainValidator, WithJsonSchema
 from pydantic_core import PydanticCustomError
 
 from escort_mj.components.parameters import Vector
 from escort_mj.sensors.sensor import Sensor
 
 LARGEST = 1e6  # bias [m or m/s]
-_vector = TypeAdapter(Vector)
+_NUMBER = {"maximum": LARGEST, "minimum": -LARGEST, "type": "number"}
 
 
 def _bias(value: Any) -> float | tuple[float, ...]:
@@ -27,7 +27,7 @@ def _bias(value: Any) -> float | tuple[float, ...]:
 Bias = Annotated[
     float | Vector,
     PlainValidator(_bias),
-    WithJsonSchema({"anyOf": [{"type": "number", "minimum": 0}, _vector.json_schema()]}),
+    WithJsonSchema({"anyOf": [{"type": "number", "minimum": 0}, {"items": _NUMBER, "type": "array"}]}),
 ]
 """A constant error: the radius of a ball to draw it from, or the error itself."""
 

@@ -62,7 +62,7 @@ def locate(location: Path, root: type[BaseModel] = Scenario) -> Location:
         elif isinstance(key, int):
             annotation = _item(annotation)
         elif tables:
-            holder = tables[0]
+            holder = next((table for table in tables if key in table.model_fields), tables[0])
             field = holder.model_fields.get(key)
             annotation = field.annotation if field else None
         else:
