@@ -26,7 +26,7 @@ MOST_TILT = 0.7  # rad
 SATURATING_SHARE = (
     8.0  # tilt limit over the error for which the attitude loop asks for all the torque there is:
 )
-# at most 8 damping ratios^2, and a turn from one limit to the other does not overshoot
+# at most 8 damping ratios^2, and a turn from one limit to the other overshoots by a few percent
 MOST_FREQUENCY, DAMPING_RATIO = 25.0, 1.0  # of the attitude loop [rad/s]
 LEAST_LIFT = 0.2  # of the weight
 HEIGHT_FREQUENCY = 3.0  # rad/s
