@@ -52,7 +52,6 @@ WAYS = Scenario(
 
 
 PLAIN = '''
-from typing import ClassVar
 from escort_mj.plugins import Expectation, Judgment
 
 
@@ -62,8 +61,6 @@ class Plain(Expectation):
     kind = "plain"
     plain: bool
     """Whether it does."""
-    subject: ClassVar[str] = "plain"
-    demanded: ClassVar[str] = "to hold"
 
     def judge(self, trace):
         return Judgment(self.plain, "done")
