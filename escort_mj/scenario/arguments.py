@@ -278,6 +278,7 @@ def kind_of(annotation: Any, scope: dict[str, Any] | None = None) -> Kind:
             f"{len(inner)} of: {inner[0].words}",
             lambda value: (
                 _is_list(value)
+                and not isinstance(value, set | frozenset)
                 and len(value) == len(inner)
                 and all(kind.accepts(each) for kind, each in zip(inner, value, strict=True))
             ),

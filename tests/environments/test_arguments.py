@@ -58,6 +58,7 @@ class Mute:
         (EscortEnv, ("main", "velocity", 1.0), {}, "reward: found 1.0; expected a Reward or None"),
         (EscortEnv, (), {"rival_reward": 1}, "rival_reward: found 1; expected a RivalReward or None"),
         (EscortEnv, (), {"size": 640}, "size: found 640; expected width and height in pixels"),
+        (EscortEnv, (), {"size": {64, 48}}, "size: found {.*}; expected width and height in pixels"),
         (EscortEnv, (), {"size": (640, 0)}, r"size: found \(640, 0\); expected width and height in pixels"),
         (EscortParallelEnv, (None,), {}, f"scenario: found None; {PLACES}"),
         (
