@@ -12,7 +12,8 @@ TYPE_CHECKING = False  # type checkers take it for true; typing takes longer to 
 
 if TYPE_CHECKING:
     from escort_mj.api import judge, open_run, replay, run, run_many, start
-    from escort_mj.api.live import LiveLog, LiveMission
+    from escort_mj.api.live import LiveMission
+    from escort_mj.api.live_log import LiveLog
     from escort_mj.api.runs import Run, table
     from escort_mj.api.studies import compare, falsify, reproduce, sweep, tune
     from escort_mj.errors import EscortError, ScenarioError
@@ -28,7 +29,8 @@ _HOMES = {
     name: home
     for home, names in {
         "api": "judge open_run replay run run_many start",
-        "api.live": "LiveLog LiveMission",
+        "api.live": "LiveMission",
+        "api.live_log": "LiveLog",
         "api.runs": "Run table",
         "api.studies": "compare falsify reproduce sweep tune",
         "errors": "EscortError ScenarioError",
@@ -86,6 +88,9 @@ if not TYPE_CHECKING:
         try:
             return getattr(import_module(f"escort_mj.{_HOMES[name]}"), name)
         finally:
+            if collects and not gc.get_freeze_count():
+                gc.freeze()
+                gc.unfreeze()  # now they are old: the next look, at what is new, leaves them out
             if collects:
                 gc.enable()
 

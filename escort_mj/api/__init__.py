@@ -26,7 +26,8 @@ from escort_mj.study.checked import Case, with_seeds
 from escort_mj.study.engine.parallel import cores
 
 if TYPE_CHECKING:
-    from escort_mj.api.live import LiveLog, LiveMission
+    from escort_mj.api.live import LiveMission
+    from escort_mj.api.live_log import LiveLog
 
 __all__ = [
     "cases",
@@ -272,7 +273,7 @@ def replay(
         LogError: With all faults of the log.
         UsageError: If there is no such log, or it cannot be read.
     """
-    from escort_mj.api.live import LiveLog
+    from escort_mj.api.live_log import LiveLog
 
     return LiveLog(Path(log), loaded(replay, scenario, overrides, plugins, keys), names, start)
 

@@ -10,6 +10,8 @@ import sys
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import AbstractContextManager, ExitStack, contextmanager
+from functools import cached_property
+from inspect import Parameter
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, NoReturn
 
@@ -93,22 +95,47 @@ def command(
     """
 
     def register(function: Callable[..., Answer | None]) -> Callable[..., Answer | None]:
-        parameters = options(function, like, flags, choices)
-        parameters += SHARED if json else SHARED[1:]
-
-        def call(**given: Any) -> None:
-            vars(OUTPUT).update({field: given.pop(field) for field in vars(OUTPUT) if field in given})
-            answer = function(**plain(parameters, given))
-            if answer is not None:
-                finish(name, answer)
-
-        call.__doc__ = help_of(function)
-        call.__annotations__ = {each.name: each.annotation for each in parameters}
-        vars(call)["__signature__"] = inspect.Signature(parameters)
-        app.command(name)(call)
+        shared = SHARED if json else SHARED[1:]
+        app.command(name)(_Command(name, function, lambda: options(function, like, flags, choices) + shared))
         return function
 
     return register
+
+
+class _Command:
+    """A command as Typer takes it: as a function, which is described when it is asked for.
+
+    Args:
+        name: Its name.
+        function: What it calls.
+        describe: Returns the parameters that it has as a command.
+    """
+
+    def __init__(
+        self, name: str, function: Callable[..., Answer | None], describe: Callable[[], list[Parameter]]
+    ) -> None:
+        self.__name__, self._function, self._describe = name, function, describe
+
+    @cached_property
+    def _parameters(self) -> list[Parameter]:
+        return self._describe()
+
+    @property
+    def __signature__(self) -> inspect.Signature:
+        return inspect.Signature(self._parameters)
+
+    def __getattribute__(self, name: str) -> Any:
+        if name == "__doc__":
+            return help_of(self._function)
+        if name == "__annotations__":
+            return {each.name: each.annotation for each in self._parameters}
+        return super().__getattribute__(name)
+
+    def __call__(self, **given: Any) -> None:
+        vars(OUTPUT).update({field: given.pop(field) for field in vars(OUTPUT) if field in given})
+        answer = self._function(**plain(self._parameters, given))
+        if answer is not None:
+            finish(self.__name__, answer)
 
 
 def finish(command: str, answer: Answer) -> NoReturn:

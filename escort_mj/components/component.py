@@ -204,12 +204,15 @@ def reader(model: type[Component]) -> Callable[[int, int], Any]:
 
     Its second argument says nothing; views of all kinds are made with one.
     """
-    layout = shipped_layout(model)
 
     def read(address: int, axes: int) -> Any:
+        layout = shipped_layout(model)
         return layout.read(layout.plan, address, address)
 
-    viewer(layout, layout.plan, reachable(read, f"parameters_of_{model.__name__}"))
+    viewer(
+        lambda: (shipped_layout(model), shipped_layout(model).plan),
+        reachable(read, f"parameters_of_{model.__name__}"),
+    )
     return read
 
 

@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Callable, Iterator, Mapping
+from functools import cache
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
@@ -59,8 +60,7 @@ class Equations(Component):
     @classmethod
     def memories(cls) -> dict[str, Memory]:
         """Return what it keeps of its own, by name."""
-        found = (vars(base) for base in reversed(cls.__mro__))
-        return {name: value for own in found for name, value in own.items() if isinstance(value, Memory)}
+        return _memories_of(cls)
 
     @classmethod
     def names(cls) -> Names:
@@ -99,6 +99,12 @@ class Equations(Component):
     def equations(cls) -> dict[str, Callable[..., Any]]:
         """Return its methods of values by name, those that move its own numbers on last."""
         return {name: getattr(cls, name) for name in (*cls.asks, *(m + cls.moves for m in cls.memories()))}
+
+
+@cache
+def _memories_of(kind: type[Equations]) -> dict[str, Memory]:
+    own = reversed(kind.__mro__[: kind.__mro__.index(Equations)])
+    return {name: each for base in own for name, each in vars(base).items() if isinstance(each, Memory)}
 
 
 def kind_word(component: type[Any]) -> str:

@@ -27,13 +27,13 @@ class Setup(MissionSetup):
     team_laws: tuple[int, ...] = ()
     own_laws: tuple[int, ...] = ()
     disturbances: tuple[Disturbance, ...] = ()
-    outer: OuterLoop = Nsb()
+    outer: OuterLoop = Nsb.model_construct()
     trigger: Trigger | None = None
     failures: tuple[Failure, ...] = ()
     sensing: Sensors = Sensors()
     sight: TargetSight | None = None
     radio: Radio | None = None
-    estimator: Estimator = Hold()
+    estimator: Estimator = Hold.model_construct()
 
     @property
     def field_of_view(self) -> float | None:

@@ -11,7 +11,7 @@ from escort_mj.environments.simulation import Simulation
 from escort_mj.errors import UsageError
 from escort_mj.report.video.live import TRAIL, Painter, Picture, Subject
 from escort_mj.scenario.arguments import Count, Words
-from escort_mj.world.labels import labels_of
+from escort_mj.world.labels import facts_of
 
 SIZE = 640, 360  # width and height [pixel]
 Size = Annotated[tuple[Count, Count], Words("width and height in pixels, such as (640, 360)")]
@@ -49,7 +49,7 @@ class Camera:
                 Subject(
                     world.xml,
                     world.sizes,
-                    labels_of(scenario, world),
+                    facts_of(scenario, world),
                     scenario.video.camera,
                     {name: b64encode(content).decode() for name, content in world.assets.items()},
                 )

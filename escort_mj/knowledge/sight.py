@@ -86,7 +86,7 @@ class TargetSight(Component):
     )
     """Measured quantities: `position` and `velocity` in the world frame, `range` and `bearing` from the
     robot."""
-    noise: SightNoise = SightNoise()
+    noise: SightNoise = SightNoise.model_construct()
     """Normally distributed errors of the measurements, added to those of `sensing.target_position` and
     `sensing.target_velocity`."""
     dropout: Share = 0.0

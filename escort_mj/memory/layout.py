@@ -231,8 +231,8 @@ def unpack_state(plan_address: int, address: int, axes: int) -> State:
     return view
 
 
-viewer(LAYOUT, Plan, unpack_plan)
-viewer(LAYOUT, State, unpack_state)
+viewer(lambda: (LAYOUT, Plan), unpack_plan)
+viewer(lambda: (LAYOUT, State), unpack_state)
 
 
 def state_size(packed: Array) -> int:

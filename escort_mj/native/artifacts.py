@@ -137,6 +137,7 @@ def _elsewhere(pieces: Sequence[Artifact]) -> None:
 
 
 _loaded: dict[Artifact, int] = {}
+_linked: set[str] = set()  # names that the linker knows
 _engines: list[Any] = []  # they own the memory that machine code lies in
 
 
@@ -216,5 +217,6 @@ def link_names() -> None:
     """Tells LLVM's linker where this process has what machine code names."""
     import llvmlite.binding as llvm
 
-    for symbol, address in symbols.items():
-        llvm.add_symbol(symbol, address)
+    for symbol in symbols.keys() - _linked:
+        llvm.add_symbol(symbol, symbols[symbol])
+        _linked.add(symbol)

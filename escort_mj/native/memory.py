@@ -228,16 +228,15 @@ def part_of(kind: type) -> Callable[[Any], Any]:
     return view
 
 
-viewers: list[tuple[Layout, type, Any]] = []
+viewers: list[tuple[Callable[[], tuple[Layout, type]], Any]] = []
 
 
-def viewer(layout: Layout, kind: type, function: Any) -> None:
+def viewer(viewed: Callable[[], tuple[Layout, type]], function: Any) -> None:
     """Makes a Python function that reads a view known to kernels, which get theirs in its place.
 
     Args:
-        layout: Where the fields lie.
-        kind: The plan's class, or the state's.
+        viewed: Returns where the fields lie, and the plan's class or the state's; called by the compiler.
         function: Called with addresses and the number of axes: (plan, axes), or (plan, state, axes). Kernels
             that pass a literal number of axes know it in all shapes, so that loops over axes unroll.
     """
-    viewers.append((layout, kind, function))
+    viewers.append((viewed, function))

@@ -23,7 +23,7 @@ Positive = Annotated[float, Field(gt=0.0, lt=1e9)]
 Speed = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
 
 
-class Attributes(BaseModel, strict=True):
+class Attributes(BaseModel, strict=True, defer_build=True):
     """Attributes of a trace that are read."""
 
     title: str
@@ -43,7 +43,7 @@ class Attributes(BaseModel, strict=True):
     target_speed: Speed = 1.0
 
 
-class OutcomeEntries(BaseModel, strict=True):
+class OutcomeEntries(BaseModel, strict=True, defer_build=True):
     """Entries of outcome.json that are read."""
 
     outcome: Annotated[Outcome, Field(strict=False)]
@@ -58,7 +58,7 @@ class OutcomeEntries(BaseModel, strict=True):
     versions: dict[str, Any] = {}
 
 
-class MetricEntries(BaseModel, strict=True):
+class MetricEntries(BaseModel, strict=True, defer_build=True):
     """Entries of a metric in metrics.json that are read."""
 
     value: Finite | None
@@ -73,7 +73,7 @@ class MetricEntries(BaseModel, strict=True):
     rate: Finite | None = None
 
 
-class MetricsFile(BaseModel, extra="allow"):
+class MetricsFile(BaseModel, extra="allow", defer_build=True):
     """A table of metrics, and what is known of the run."""
 
     __pydantic_extra__: dict[str, MetricEntries]

@@ -13,7 +13,6 @@ from escort_mj.robots.hydrodynamics import Vessel
 
 FREE_COORDINATES = 7  # of a free body: a place and a quaternion
 MOST_MOTORS = 9  # of any kind
-SHARED = 0.05  # of the lesser height of two bodies: so much of it lies beside the other where they can meet
 
 
 class Motor(NamedTuple):
@@ -229,9 +228,3 @@ def plane_height(kinds: Iterable[tuple[RobotKind, float]]) -> float:
     if any(kind.rolls for kind, _ in pairs):
         pairs = [(kind, radius) for kind, radius in pairs if not kind.stays]
     return max(kind.height(radius) for kind, radius in pairs)
-
-
-def can_meet(one: tuple[float, float], other: tuple[float, float]) -> bool:
-    """Whether two bodies that reach from one height to another [m] are beside each other for a part of it."""
-    shared = min(one[1], other[1]) - max(one[0], other[0])
-    return shared >= SHARED * min(one[1] - one[0], other[1] - other[0])

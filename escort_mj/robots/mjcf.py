@@ -28,7 +28,7 @@ class FileKind(ModeledKind):
 
     body: Name | None = None
     """Name of the body that the law moves; null: the only one that can move."""
-    drive: Drive = DriveKeys()
+    drive: Drive = DriveKeys.model_construct()
     """Drive of the robot: a name, or a table; null values are determined from the effect of the actuators on
     the body that the law moves."""
     sha256: Digest | None = None

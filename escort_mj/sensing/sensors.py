@@ -138,10 +138,10 @@ class Sensors(NamedTuple):
         heading: Robots' own headings; None where they are not measured.
     """
 
-    position: Sensor = Plain()
-    velocity: Sensor = Plain()
-    target_position: Sensor = Plain()
-    target_velocity: Sensor = Plain()
+    position: Sensor = Plain.model_construct()
+    velocity: Sensor = Plain.model_construct()
+    target_position: Sensor = Plain.model_construct()
+    target_velocity: Sensor = Plain.model_construct()
     robots: float = math.inf
     obstacles: float = math.inf
     lidar: Lidar | None = None

@@ -57,6 +57,14 @@ def _borders(setup: MissionSetup) -> dict[tuple[str, Plane], None]:
 
 
 def labels_of(scenario: Scenario, world: World) -> dict[str, Any]:
+    """What the trace says of the mission beside its signals, and what it was made with."""
+    facts = facts_of(scenario, world)
+    plugins = {f"version_plugin_{each.name}": each.identity for each in catalog_of(scenario).plugins}
+    facts["attributes"] |= {**_versions(), **plugins, "version_git_revision": git_revision()}
+    return facts
+
+
+def facts_of(scenario: Scenario, world: World) -> dict[str, Any]:
     """What the trace says of the mission beside its signals."""
     obstacles = [body.name for body in world.mission.obstacles]
     setup, memories = world.setup, world.setup.memory
@@ -133,10 +141,7 @@ def labels_of(scenario: Scenario, world: World) -> dict[str, Any]:
             "target_speed": next((m.policy.speed for m in setup.movers if m.obstacle < 0 and m.policy), None),
             "least_energy": (setup.least_energies if scenario.target is not None or setup.teams else None)
             or None,
-            **_versions(),
             "commanded": setup.outside,
-            **{f"version_plugin_{each.name}": each.identity for each in catalog_of(scenario).plugins},
-            "version_git_revision": git_revision(),
         },
     }
 

@@ -13,7 +13,7 @@ from escort_mj.metrics.watching import Folded, fold
 from escort_mj.record.recording import Recording, Variable, record
 from escort_mj.record.team import of_team
 from escort_mj.signals import SIGNALS
-from escort_mj.world.labels import labels_of
+from escort_mj.world.labels import facts_of
 
 if TYPE_CHECKING:
     from escort_mj.world.model.build import World
@@ -26,7 +26,7 @@ class Watcher:
     """Finds what a world's expectations ask about every physics step from the steps that it keeps."""
 
     def __init__(self, world: World) -> None:
-        bare = record(np.zeros((0, world.record_size)), world.sizes, labels_of(world.scenario, world))
+        bare = record(np.zeros((0, world.record_size)), world.sizes, facts_of(world.scenario, world))
         still = {name: one for name, one in bare.data_vars.items() if "time" not in one.dims}
         self._bare, self._watches = replace(bare, data_vars=still), world.mission.watches
         self._sizes = bare.sizes

@@ -38,8 +38,8 @@ def moving(plan: int, state: int, axes: int) -> Moving:
     return LAYOUT.read(Moving, plan, state)
 
 
-viewer(LAYOUT, Known, known)
-viewer(LAYOUT, Moving, moving)
+viewer(lambda: (LAYOUT, Known), known)
+viewer(lambda: (LAYOUT, Moving), moving)
 
 
 @jitted

@@ -95,6 +95,18 @@ def test_bodies_that_would_pass_above_one_another_are_refused_with_their_heights
     assert flown(slider(0.3), "point_mass", run=False)
 
 
+def test_each_pair_of_bodies_shares_heights(flown):
+    """A rock that has its bottom highest of all, and meets both robots, hides nothing."""
+    own = '<inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/>'
+    low = slider(0.5).replace('"sphere" size="0.2"', '"cylinder" size="0.2 0.5"')
+    high = slider(1.1, 'pos="0 0 0.38"', own).replace('"sphere" size="0.2"', '"cylinder" size="0.2 0.52"')
+    rock = {"name": "rock", "position": [0, 3], "radius": 0.25}
+    with pytest.raises(
+        ScenarioError, match=r"between 0 and 1 m .* and robot 2, a mjcf, between 0\.96 and 2 m"
+    ):
+        flown(low, high, obstacles=[rock], run=False)
+
+
 def test_a_robot_that_nothing_can_touch_is_refused(flown, tmp_path):
     ghost = slider(more='contype="0" conaffinity="0"')
     with pytest.raises(RobotError, match="none of its geoms can touch anything"):

@@ -53,8 +53,9 @@ _C_TYPES = {
 
 def teach() -> None:
     """Tells numba of everything declared so far."""
-    for viewer in _news(memory.viewers):
-        views.teach_viewer(*viewer)
+    for viewed, function in _news(memory.viewers):
+        layout, kind = viewed()
+        views.teach_viewer(layout, kind, function)
     for kind, function in _news(memory.narrowers):
         views.teach_narrower(kind, function)
     for function, names in _news(named.readers):

@@ -10,7 +10,6 @@ import numpy as np
 
 from escort_mj.errors import ScenarioError
 from escort_mj.robots import RobotKind
-from escort_mj.robots.kind import can_meet
 from escort_mj.scenario.checks.mission import laws_of
 from escort_mj.scenario.findings import Finding, Path
 from escort_mj.scenario.geometry.placement import gravity_of, robot_count
@@ -20,6 +19,7 @@ from escort_mj.scenario.schema.robots import Actuators
 from escort_mj.scenario.schema.scenario import Scenario
 
 IN_SPACE = 3  # axes
+SHARED = 0.05  # of the lesser height of two bodies: so much of it lies beside the other where they can meet
 LONGER = 1.0 + 1e-9  # than a tether: as long, to rounding
 
 
@@ -228,10 +228,14 @@ def check_spans(mission: Mission) -> Iterator[Finding]:
     for body in mission.obstacles:
         low, high = extent(body.solid)
         spans.append((body.name, body.path, (height + float(low[2]), height + float(high[2]))))
-    upper = max(spans, key=lambda each: each[2][0])
-    lower = min(spans, key=lambda each: each[2][1])
-    if not can_meet(upper[2], lower[2]):
-        first, second = (lower, upper) if lower[1][0] == "robots" else (upper, lower)
+    bodies = list({each[2]: each for each in reversed(spans)}.values())
+    low, high = np.array([span for *_, span in bodies]).T
+    shared = np.minimum.outer(high, high) - np.maximum.outer(low, low)
+    apart = np.argwhere(shared < SHARED * np.minimum.outer(high - low, high - low))
+    for pair in apart[:1]:
+        first, second = sorted(
+            (bodies[body] for body in pair), key=lambda each: (each[1][0] != "robots", each[2])
+        )
         yield Finding(
             first[1],
             f"{first[0]} can touch something between {first[2][0]:.3g} and {first[2][1]:.3g} m above the "

@@ -47,11 +47,11 @@ class Medium(Parameters):
 class Environment(Parameters):
     """Floor, slope and medium."""
 
-    floor: Floor = Floor()
+    floor: Floor = Floor.model_construct()
     """Floor, in planar missions."""
-    slope: Slope = Slope()
+    slope: Slope = Slope.model_construct()
     """Slope of the floor, in planar missions; with a slope, gravity acts on every kind of robot."""
-    medium: Medium = Medium()
+    medium: Medium = Medium.model_construct()
     """Medium in which the bodies move; none by default."""
 
 

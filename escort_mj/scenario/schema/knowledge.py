@@ -25,9 +25,9 @@ class InitialKnowledge(Parameters):
 class Knowledge(Parameters):
     """What robots know about the target: what they see and, with `communication`, what they hear."""
 
-    target: TargetSight = TargetSight()
+    target: TargetSight = TargetSight.model_construct()
     """How robots measure the target."""
-    estimator: Estimator = Predict()
+    estimator: Estimator = Predict.model_construct()
     """How each robot estimates the target from what it sees and hears: a name, or a table with parameters."""
-    initial: InitialKnowledge = InitialKnowledge()
+    initial: InitialKnowledge = InitialKnowledge.model_construct()
     """Accuracy of what robots know of the target at the start, or when they change teams."""

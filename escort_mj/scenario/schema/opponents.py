@@ -28,7 +28,7 @@ class Opponents(Parameters):
     """Radius of the bodies [m]."""
     body: Drive = Drive(mass=1.0, force_limit=20.0)
     """Mass and drive of the bodies."""
-    policy: Policy = Straight()
+    policy: Policy = Straight.model_construct()
     """Policy of each opponent."""
     start: NonNegativeFloat = 0.0
     """Time at which the first opponent sets out [s]; until then, it rests."""

@@ -75,7 +75,7 @@ class Robots(Parameters):
     """Number of robots; null: the length of `positions` if set, otherwise 5 with two axes, and twice the
     number of axes with more."""
     kind: RobotKind = Field(
-        default=PointMass(),
+        default=PointMass.model_construct(),
         description=f"Kind of robot: {listed(KIND_NAMES)}, or a table with\nthe name and parameters.",
     )
     mass: Mass = 1.0
@@ -85,7 +85,7 @@ class Robots(Parameters):
     force_limit: Force | None = 10.0
     """Largest force per axis [N]: of each motor or, for kinds whose motors do not act along the axes, of the
     command; null: no limit."""
-    actuators: Actuators = Actuators()
+    actuators: Actuators = Actuators.model_construct()
     """Motor errors."""
     positions: Annotated[tuple[Vector, ...], Field(min_length=1, max_length=MAX_ROBOTS)] | None = None
     """Initial positions, one row per robot [m]; null: random, see `placement`."""

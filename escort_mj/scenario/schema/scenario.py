@@ -107,9 +107,9 @@ class Mission(Parameters):
     radius: Radius = 5.0
     """Distance of the robots from the target [m]."""
     behaviors: Behaviors = (
-        AvoidObstacles(),
-        Vertices(),
-        Surface(),
+        AvoidObstacles.model_construct(),
+        Vertices.model_construct(),
+        Surface.model_construct(),
     )
     """Behaviors in order of priority, highest first: names, or tables with a name and parameters."""
     supervisor: Annotated[tuple[Phase, ...], Field(max_length=32)] = ()
@@ -117,7 +117,7 @@ class Mission(Parameters):
     phases, `behaviors` applies."""
     trigger: Trigger | None = None
     """Condition for updates of the reference velocity; null: at every physics step."""
-    outer: OuterLoop = SetBased()
+    outer: OuterLoop = SetBased.model_construct()
     """Composition of the behaviors into one velocity: `set_based`, `nsb` (the paper) or a baseline, given as
     a name or as a table with parameters (without the key `loop`, it is `set_based`)."""
     target_feedforward: bool = True
@@ -238,12 +238,12 @@ class Scenario(Parameters, metaclass=_Checked):
     """Simulated time [s]."""
     axes: Annotated[int, Field(ge=2, le=MAX_AXES)] = 2
     """Dimension of the space: 2 for the plane, 3 for space, 4 to 9 for higher dimensions (docs/axes.md)."""
-    physics: Physics = Physics()
+    physics: Physics = Physics.model_construct()
     """Settings of the physics engine."""
-    target: Target | None = Target()
+    target: Target | None = Target.model_construct()
     """The body that the robots escort; null: no target, and behaviors such as `goal` determine where robots
     go."""
-    robots: Robots = Robots()
+    robots: Robots = Robots.model_construct()
     """The team of robots."""
     obstacles: Annotated[tuple[Obstacle, ...], Field(max_length=MAX_OBSTACLES)] = ()
     """Fixed and moving obstacles."""
@@ -256,25 +256,25 @@ class Scenario(Parameters, metaclass=_Checked):
     teams: Annotated[tuple[Team, ...], Field(max_length=MOST_TEAMS)] = ()
     """Teams of robots, each with targets of its own in place of `target` (docs/teams.md); empty: all robots
     are one team."""
-    environment: Environment = Environment()
+    environment: Environment = Environment.model_construct()
     """Floor, slope and medium."""
-    mission: Mission = Mission()
+    mission: Mission = Mission.model_construct()
     """The task of the robots: the outer loop."""
-    controller: Law = ApdSmc()
+    controller: Law = ApdSmc.model_construct()
     """The law of the inner loop: a name, or a table with gains (without the key `law`, the law is `apd_smc`).
     `gains: auto` computes gains that fit the robots (docs/gains.md); the stored scenario contains the
     numbers."""
-    sensing: Sensing = Sensing()
+    sensing: Sensing = Sensing.model_construct()
     """Sensors of the robots and their errors."""
     knowledge: Knowledge | None = None
     """What each robot itself knows about the target; null: all robots share the team's measurements."""
     communication: Radio | None = None
     """Messages between the robots; null: all robots know each other's positions immediately."""
-    uncertainty: Uncertainty = Uncertainty()
+    uncertainty: Uncertainty = Uncertainty.model_construct()
     """Disturbances that the controller does not know."""
-    recording: Recording = Recording()
+    recording: Recording = Recording.model_construct()
     """Recorded data."""
-    video: Video = Video()
+    video: Video = Video.model_construct()
     """Settings of the video."""
     expect: tuple[AnyExpectation, ...] = ()
     """Conditions that the run must meet to pass."""

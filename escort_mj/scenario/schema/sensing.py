@@ -51,18 +51,18 @@ class SensingRadius(Parameters):
 class Sensing(Parameters):
     """Sensors; quantities that a scenario does not list here are measured without error."""
 
-    position: OfPosition = Plain()
+    position: OfPosition = Plain.model_construct()
     """The robots' own positions [m]."""
-    velocity: OfVelocity = Plain()
+    velocity: OfVelocity = Plain.model_construct()
     """The robots' own velocities [m/s]."""
-    target_position: OfTargetPosition = Plain()
+    target_position: OfTargetPosition = Plain.model_construct()
     """The target's position [m], measured once for the whole team."""
-    target_velocity: OfTargetVelocity = Plain()
+    target_velocity: OfTargetVelocity = Plain.model_construct()
     """The target's velocity [m/s], measured once for the whole team."""
     heading: OfHeading = None
     """The robots' own headings in the plane of the first two axes [rad], which are only recorded; null: not
     measured."""
-    radius: SensingRadius = SensingRadius()
+    radius: SensingRadius = SensingRadius.model_construct()
     """Range at which robots detect obstacles and each other."""
     lidar: OfObstacles = None
     """Lidar on each robot, which replaces knowledge of the obstacles' shapes; null: no lidar, and robots know

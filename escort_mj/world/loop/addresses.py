@@ -279,4 +279,4 @@ def unpack_addresses(address: int, axes: int) -> Addresses:
     return addresses
 
 
-viewer(LAYOUT, Addresses, unpack_addresses)
+viewer(lambda: (LAYOUT, Addresses), unpack_addresses)
