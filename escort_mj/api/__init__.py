@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING, Any, Literal
 from escort_mj.api.runs import Run
 from escort_mj.errors import RenderError, UsageError
 from escort_mj.mission import Progress, fly
-from escort_mj.mission.batch import fly_many
 from escort_mj.recognize import scenarios_folder, scenarios_in
 from escort_mj.record.folder import RunFolder, read_run
 from escort_mj.scenario import Scenario
@@ -22,10 +21,9 @@ from escort_mj.scenario.arguments import Count, Finite, Overrides, Source, check
 from escort_mj.scenario.findings import did_you_mean
 from escort_mj.scenario.notes import notes
 from escort_mj.scenario.reader.shipped import load_scenario, scenario_path, study_path
-from escort_mj.study.checked import Case, with_seeds
-from escort_mj.study.engine.parallel import cores
 
 if TYPE_CHECKING:
+    from escort_mj.study.checked import Case
     from escort_mj.api.live import LiveMission
     from escort_mj.api.live_log import LiveLog
 
@@ -63,6 +61,8 @@ def cases(
     Returns:
         Each scenario once per seed, with a label that no other has.
     """
+    from escort_mj.study.checked import Case, with_seeds
+
     found: dict[str, Case] = {}
     labels: set[str] = set()
     for given in (os.fspath(path) for path in paths):
@@ -363,6 +363,9 @@ def run_many(
         ScenarioError: With all faults of an invalid file.
         UsageError: If there is no such file or scenario, or if `threads` is less than 1.
     """
+    from escort_mj.mission.batch import fly_many
+    from escort_mj.study.engine.parallel import cores
+
     total = len(scenarios) if isinstance(scenarios, Sized) else math.inf
     each = (load_scenario(one) for one in scenarios)
 

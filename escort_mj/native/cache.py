@@ -8,7 +8,6 @@ content: what is damaged is made again.
 from __future__ import annotations
 
 import hashlib
-import importlib.metadata
 import os
 import platform
 import re
@@ -102,6 +101,8 @@ def cache_key(package: Path = PACKAGE) -> str:
 
 def version(package: str) -> str:
     """Return the version of an installed package; `none` for one that is not installed."""
+    import importlib.metadata
+
     try:
         return importlib.metadata.version(package)
     except importlib.metadata.PackageNotFoundError:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import platform
 from functools import cache
-from importlib.metadata import version
 from typing import Any
 
 import mujoco
@@ -168,6 +167,8 @@ def _size(scenario: Scenario, world: World) -> float:
 @cache
 def _versions() -> dict[str, str]:
     """What took part in a run, asked of the installation once for a process."""
+    from importlib.metadata import version
+
     return {
         "version_escort_mj": version("escort-mj"),
         "version_mujoco": str(mujoco.__version__),

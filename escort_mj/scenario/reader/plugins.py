@@ -17,7 +17,6 @@ import warnings
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from importlib.machinery import SourceFileLoader
-from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 from types import CodeType, FunctionType, ModuleType
 from typing import Any
@@ -194,6 +193,8 @@ def _load_file(path: Path, source: PluginSource) -> Plugin:
 
 
 def _load_package(name: str, source: PluginSource) -> Plugin:
+    from importlib.metadata import entry_points
+
     known = {each.name: each for each in entry_points(group=GROUP)}
     if name not in known:
         there = f"installed are {listed(sorted(known))}" if known else f"none is installed (group {GROUP})"
@@ -201,7 +202,7 @@ def _load_package(name: str, source: PluginSource) -> Plugin:
             f"{name}: there is no installed plugin of that name; {there}{did_you_mean(name, known)}; "
             "a file is named with its suffix, .py"
         )
-    entry: EntryPoint = known[name]
+    entry = known[name]
     with _messages(name), confined(name, loads=True):
         module = entry.load()
     if not isinstance(module, ModuleType):

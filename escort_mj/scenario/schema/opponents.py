@@ -26,7 +26,7 @@ class Opponents(Parameters):
     """Distance for random initial positions, see `positions` [m]."""
     radius: Radius = 0.2
     """Radius of the bodies [m]."""
-    body: Drive = Drive(mass=1.0, force_limit=20.0)
+    body: Drive = Drive.model_construct(mass=1.0, force_limit=20.0)
     """Mass and drive of the bodies."""
     policy: Policy = Straight.model_construct()
     """Policy of each opponent."""
