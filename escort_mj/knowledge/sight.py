@@ -140,7 +140,7 @@ class SightParameters(Fields):
     @classmethod
     def packed(cls, setup: MissionSetup) -> dict[str, Any]:
         """Return the values of the fields for a mission."""
-        sight: TargetSight = setup.sight or TargetSight()
+        sight: TargetSight = setup.sight or TargetSight.model_construct()
         looking = range(1, setup.count + 1) if setup.estimating else ()
         variance, of_way = variances(sight, setup)
         return {
