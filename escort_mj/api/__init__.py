@@ -23,9 +23,9 @@ from escort_mj.scenario.notes import notes
 from escort_mj.scenario.reader.shipped import load_scenario, scenario_path, study_path
 
 if TYPE_CHECKING:
-    from escort_mj.study.checked import Case
     from escort_mj.api.live import LiveMission
     from escort_mj.api.live_log import LiveLog
+    from escort_mj.study.checked import Case
 
 __all__ = [
     "cases",
