@@ -95,7 +95,7 @@ def find_constraints(
     spread = rules.foresees * team_spread(robot, plan, state) if plan.team_radius.shape[0] > 0 else 0.0
     speed, relative = limits.absolute, limits.relative + spread
     q, neighbors = numbers_at(state, state.q_measured, robot), vector_at(stack_memory(), NEAR)
-    count = _add_limits(robot, speed, plan, state, constraints, count)
+    count = _add_inequalities(robot, speed, plan, state, constraints, count)
     own, to_surface, mates = plan.robot_radius[robot], avoid.to_surface, int(ALL)
     if plan.failure.shape[0] == 0:
         mates = 0
@@ -124,7 +124,7 @@ def find_constraints(
 
 
 @inlined
-def _add_limits(
+def _add_inequalities(
     robot: int, speed: float, plan: Plan, state: State, constraints: Constraints, count: int
 ) -> int:
     """Add the constraints of the robot's inequalities that a velocity of some speed could break."""
@@ -231,14 +231,14 @@ def _add_body(
     lead, half_breadth = lead_of(body_speed, plan.max_speed) if approaches else 0.0, 0.0
     if lead > 0.0 and other < 0:
         half_breadth = breadth(plan.obstacle_extent[body], state.obstacle_velocity[body], body_speed)
-    closing_limit = approach(margin - lead * (reach + half_breadth), rules)
-    own_limit = responsibility * closing_limit
-    bound = rules.foresees * along - own_limit
+    allowed_closing = approach(margin - lead * (reach + half_breadth), rules)
+    own_share = responsibility * allowed_closing
+    bound = rules.foresees * along - own_share
     if responsibility < 1.0 and rules.foresees != 0.0:  # the whole, where a teammate does not yield its half
-        bound = max(bound, other_speed - closing_limit)
-        own_limit = min(own_limit, closing_limit + along - other_speed)
-    most_violation = (relative if responsibility < 1.0 else speed + rules.foresees * body_speed) - own_limit
-    if most_violation < 0.0:
+        bound = max(bound, other_speed - allowed_closing)
+        own_share = min(own_share, allowed_closing + along - other_speed)
+    fastest_closing = relative if responsibility < 1.0 else speed + rules.foresees * body_speed
+    if fastest_closing < own_share:  # no velocity within the limits could break the constraint
         return count
     if lead > 0.0:
         if half_breadth > 0.0:

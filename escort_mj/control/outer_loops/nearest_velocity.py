@@ -134,7 +134,7 @@ def contradict(rows: Array, bounds: Array, count: int, nominal: Vec, v: Vec) -> 
 def break_least(
     rows: Array, bounds: Array, gaps: Array, count: int, scale: float, most: float, v: Vec
 ) -> Vec:  # fmt: skip
-    """Find the velocity within a speed limit that breaks constraints least, near ones least of all.
+    """Find the velocity within a speed limit that breaks constraints least, of near bodies least of all.
 
     The sum of the squared violations is least, each divided by the time in which the body could touch the
     robot. That is the program of `nearest_velocity` with the nominal velocity 0 and the penalty weight, a
