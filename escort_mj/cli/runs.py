@@ -193,7 +193,7 @@ def metrics_command(runs: RunFolders, to: Path | None = None, **given: Any) -> A
     if to is not None and to.suffix in (CSV, PARQUET):
         write_frame(found, to)
     elif to is not None:
-        page = latex(head, rows, "Metrics of runs")
+        page = latex(head, rows, "Metrics of runs", "metrics")
         write_text(to, page if to.suffix == ".tex" else "\n".join([*markdown(head, rows), ""]))
     lines = [*aligned([head, *rows]), *(f"wrote {each}" for each in written)]
     numbers = [{"folder": head[k + 1]} | row for k, row in enumerate(found.to_dict("records"))]

@@ -105,7 +105,11 @@ class EscortParallelEnv(ParallelEnv[str, Seen, NDArray[np.float32]], EzPickle):
         values = values_in(options, ("options",))
         self.simulation.reset(self._seeds.next(seed), values=values)
         seen = dict(zip(self.possible_agents, self._seen(), strict=True))
-        return seen, {agent: told(self.simulation.values) for agent in self.possible_agents}
+        begun = told(self.simulation.values)
+        return seen, {
+            agent: info | begun
+            for agent, info in zip(self.possible_agents, self._infos(earned=False), strict=True)
+        }
 
     def step(
         self, actions: dict[str, NDArray[np.float32]]
@@ -140,18 +144,11 @@ class EscortParallelEnv(ParallelEnv[str, Seen, NDArray[np.float32]], EzPickle):
         outcome = simulation.outcome
         broken = outcome not in (Outcome.RUNNING, Outcome.COMPLETED)
         rewards, over = earned[:robots], np.full(robots, broken)
-        terms = simulation.reward_terms
-        infos: list[dict[str, Any]] = [
-            {
-                "touching": bool(simulation.touching[i]),
-                "reward_terms": {name: float(term[i]) for name, term in terms.items()},
-            }
-            for i in range(robots)
-        ]
         if rivals := simulation.rivals:
             rewards, over = np.append(rewards, rivals.rewards), np.append(over, rivals.over | broken)
-            infos += [{"comes": bool(comes)} for comes in rivals.comes]
-        each = dict(zip(self.possible_agents, zip(rewards, over, infos, strict=True), strict=True))
+        each = dict(
+            zip(self.possible_agents, zip(rewards, over, self._infos(earned=True), strict=True), strict=True)
+        )
         seen = dict(zip(self.possible_agents, self._seen(), strict=True))
         return (
             {agent: seen[agent] for agent in agents},
@@ -160,6 +157,19 @@ class EscortParallelEnv(ParallelEnv[str, Seen, NDArray[np.float32]], EzPickle):
             dict.fromkeys(agents, outcome is Outcome.COMPLETED),
             {agent: each[agent][2] for agent in agents},
         )
+
+    def _infos(self, earned: bool) -> list[dict[str, Any]]:
+        """What is told of each agent; where no reward was earned, its terms are 0."""
+        simulation, rivals = self.simulation, self.simulation.rivals
+        terms = simulation.reward_terms
+        robots: list[dict[str, Any]] = [
+            {
+                "touching": bool(touching),
+                "reward_terms": {name: float(term[robot]) if earned else 0.0 for name, term in terms.items()},
+            }
+            for robot, touching in enumerate(simulation.touching)
+        ]
+        return robots + [{"comes": bool(comes)} for comes in (rivals.comes if rivals else ())]
 
     def state(self) -> Seen:
         """All that all agents observe, one after the other, shape (sum of widths,)."""

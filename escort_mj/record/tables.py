@@ -89,13 +89,14 @@ def markdown(head: Sequence[str], rows: Iterable[Sequence[str]]) -> list[str]:
     ]
 
 
-def latex(head: Sequence[str], rows: Iterable[Sequence[str]], caption: str) -> str:
+def latex(head: Sequence[str], rows: Iterable[Sequence[str]], caption: str, label: str) -> str:
     """Return a table for LaTeX with the package booktabs; the first column is left-aligned.
 
     Args:
         head: Headings.
         rows: Cells as plain text; `**text**` is bold.
         caption: What the table shows.
+        label: By which the text refers to it, behind `tab:`.
     """
     import pandas
 
@@ -105,6 +106,7 @@ def latex(head: Sequence[str], rows: Iterable[Sequence[str]], caption: str) -> s
         header=[*map(_latex_cell, head)],
         escape=False,
         caption=in_latex(caption),
+        label=f"tab:{label}",
         column_format="l" + "r" * (len(head) - 1),
     )
     return "% \\usepackage{booktabs}\n" + text.replace(r"\begin{table}", "\\begin{table}\n\\centering", 1)

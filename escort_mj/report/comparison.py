@@ -173,7 +173,7 @@ def latex_of(found: Comparison) -> str:
     head = ["", *(law if lone else f"{law} / {loop}" for law, loop in found.title)]
     lines = [["outcome", *found.outcome]]
     lines += [[found.results.quantities[name].heading, *texts] for name, texts in found.columns.items()]
-    return latex(head, lines, f"{found.about}. {found.marked.replace('**', '')}")
+    return latex(head, lines, f"{found.about}. {found.marked.replace('**', '')}", "comparison")
 
 
 def summary_of(found: Comparison) -> list[str]:

@@ -3,6 +3,7 @@
 import pickle
 import subprocess
 import sys
+from typing import Any
 
 import numpy as np
 import pytest
@@ -98,6 +99,20 @@ def test_observations_stay_in_their_space_where_a_mission_breaks() -> None:
     simulation.plant.data.userdata[::2] = np.inf
     simulation.fleet.senses.perceive(0)
     assert (np.abs(simulation.observe_within()) <= simulation.limits).all()
+
+
+@pytest.mark.parametrize(("scenario", "side"), [("patrol", "robots"), ("pursuit/intruders", "both")])
+def test_the_infos_of_a_parallel_reset_have_the_keys_of_those_of_a_step(scenario: str, side: Any) -> None:
+    from escort_mj.environments.parallel import EscortParallelEnv
+
+    environment = EscortParallelEnv(scenario, side=side)
+    _, begun = environment.reset()
+    *_, infos = environment.step({})
+    for agent, info in infos.items():
+        assert begun[agent].keys() == info.keys()
+        assert begun[agent].get("reward_terms", {}).keys() == info.get("reward_terms", {}).keys()
+        assert not any(begun[agent].get("reward_terms", {}).values())
+    assert any(any(info.get("reward_terms", {}).values()) for info in infos.values())
 
 
 def test_the_end_of_a_mission_that_breaks_is_a_termination() -> None:

@@ -47,12 +47,13 @@ def test_latex_prints_every_sign_as_it_is() -> None:
 
 def test_a_table_for_latex() -> None:
     lines = latex(
-        ["", "PD_1"], [["rms e", "**1.5 ± 0.2 mm**"], ["share", "[0, 1]"]], "50 % better"
+        ["", "PD_1"], [["rms e", "**1.5 ± 0.2 mm**"], ["share", "[0, 1]"]], "50 % better", "cells-1"
     ).splitlines()
     body = [line.strip() for line in lines]
     assert (
         body[1] == r"\begin{table}" and r"\caption{50 \% better}" in body and r"\begin{tabular}{lr}" in body
     )
+    assert r"\label{tab:cells-1}" in body
     assert body[body.index(r"\toprule") + 1 : body.index(r"\bottomrule")] == [
         r" & PD\_1 \\".strip(),
         r"\midrule",

@@ -187,11 +187,11 @@ def write_tables(tables: Sequence[Table], folder: Path, name: str) -> None:
         name: Of the files, without suffix.
     """
     texts, documents = [], []
-    for table in tables:
+    for number, table in enumerate(tables, 1):
         head = [words for words, _ in table.head]
         rows = [[cell.shown for cell in row] for row in table.rows]
         texts += [f"**{table.caption}**", "", *markdown(head, rows), ""]
-        documents.append(latex(head, rows, table.caption))
+        documents.append(latex(head, rows, table.caption, f"{name}-{number}"))
     write_text(folder / f"{name}.md", "\n".join(texts))
     write_text(folder / f"{name}.tex", "\n".join(documents))
 
