@@ -95,8 +95,8 @@ class EscortParallelEnv(ParallelEnv[str, Seen, NDArray[np.float32]], EzPickle):
     ) -> tuple[dict[str, Seen], dict[str, dict[str, Any]]]:
         """Start a mission: that of a seed, or the next one of this environment's generator.
 
-        Options and infos are those of `EscortEnv`; the infos of all agents are alike. An option `options`,
-        which the tests of PettingZoo give, is not used.
+        Options are those of `EscortEnv`. Infos have the keys of those of `step`, and `set` as those of
+        `EscortEnv`. An option `options`, which the tests of PettingZoo give, is not used.
 
         Raises:
             UsageError: As of `EscortEnv.reset`.
@@ -161,13 +161,13 @@ class EscortParallelEnv(ParallelEnv[str, Seen, NDArray[np.float32]], EzPickle):
     def _infos(self, earned: bool) -> list[dict[str, Any]]:
         """What is told of each agent; where no reward was earned, its terms are 0."""
         simulation, rivals = self.simulation, self.simulation.rivals
-        terms = simulation.reward_terms
+        count, terms = len(self.possible_agents) - len(self._opponents), simulation.reward_terms
         robots: list[dict[str, Any]] = [
             {
-                "touching": bool(touching),
+                "touching": bool(simulation.touching[robot]),
                 "reward_terms": {name: float(term[robot]) if earned else 0.0 for name, term in terms.items()},
             }
-            for robot, touching in enumerate(simulation.touching)
+            for robot in range(count)
         ]
         return robots + [{"comes": bool(comes)} for comes in (rivals.comes if rivals else ())]
 

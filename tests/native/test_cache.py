@@ -1,6 +1,7 @@
 """What is kept on disk: whatever it depends on is in the name of the folder where it lies."""
 
 import ast
+import importlib.metadata
 import os
 import shutil
 import subprocess
@@ -31,7 +32,7 @@ def copied(tmp_path) -> Path:
 def test_an_upgrade_changes_the_key(package: str, monkeypatch) -> None:
     before = cache.cache_key()
     other = {package: version(package) + ".1"}
-    monkeypatch.setattr(cache.importlib.metadata, "version", lambda name: other.get(name) or version(name))
+    monkeypatch.setattr(importlib.metadata, "version", lambda name: other.get(name) or version(name))
     assert cache.cache_key() != before
 
 
