@@ -59,10 +59,10 @@ class Controller:
     imported only for robots from MJCF files. Positions, velocities and forces are in the frame of the
     scenario's coordinates.
 
-    The law counts in timesteps (`physics.timestep`): a call less than half a timestep after the previous one
-    evaluates the law again without advancing its state. A call several timesteps later makes up for the
-    missed ones, with the measurements interpolated between the two calls. A gap longer than `longest_gap`
-    or a time that steps back is an error.
+    The law counts in timesteps (`physics.timestep`): a call in the same timestep as the previous one, rounded
+    to the nearest, evaluates the law again without advancing its state. A call several timesteps later makes
+    up for the missed ones, with the measurements interpolated between the two calls. A gap longer than
+    `longest_gap` or a time that steps back is an error.
 
     With `limits`, measurements, calls and robots are watched: robots whose measurements fail drop out and
     come back, and all robots come to rest where a limit says so. `events` lists what was done, when and why.
