@@ -142,7 +142,8 @@ def _proposed(
 def check_plugin_command(plugin: str) -> Answer:
     """Test the components of a plugin: laws, behaviors, disturbances, robots, metrics and more.
 
-    Exit codes: 0 if all tests pass, 1 if a test fails, 2 if the plugin cannot be loaded.
+    Exit codes: 0 if all tests pass, 1 if a test fails or the plugin crashes the process, 2 if the plugin
+    cannot be loaded.
 
     Example: escort-mj check-plugin own_law.py
 
