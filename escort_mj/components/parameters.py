@@ -8,14 +8,20 @@ from functools import cache
 from itertools import pairwise
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, NamedTuple
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, ValidationInfo
 from pydantic_core import PydanticKnownError
-from pydantic_core.core_schema import no_info_after_validator_function
+from pydantic_core.core_schema import (
+    definitions_schema,
+    no_info_after_validator_function,
+    with_info_plain_validator_function,
+)
 
 if TYPE_CHECKING:
     from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
 
 MODEL_ONLY = frozenset(dir(BaseModel)).difference(dir(object))
+STRICT = "strict"
+"""Context of a validation in which no text stands for a number."""
 UNLIMITED = 1e300  # stands for an infinite limit, which XML cannot hold
 TEXT = r"^[^\x00-\x08\x0b-\x1f\x7f-\x9f\ufffe\uffff]*$"  # what NetCDF and XML can hold
 
@@ -127,6 +133,22 @@ class Member(Parameters):
         """Return the name by which a scenario asks for it; None for a base class."""
         name = cls.model_fields[cls.named_by].default if cls.named_by else None
         return name if isinstance(name, str) else None
+
+
+class Deferred(NamedTuple):
+    """Marks a table that compiles its checks when a value for it comes: scenarios name few of all members."""
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: "GetCoreSchemaHandler") -> Any:
+        """Return the schema that leaves the value to the table's own; the context says whether strictly."""
+
+        def of(value: Any, info: ValidationInfo) -> Any:
+            return source.model_validate(value, strict=info.context == STRICT, context=info.context)
+
+        return with_info_plain_validator_function(of, metadata={"table": source})
+
+    def __get_pydantic_json_schema__(self, core_schema: Any, handler: "GetJsonSchemaHandler") -> Any:
+        """Return the table's own JSON Schema."""
+        return handler(definitions_schema(core_schema["metadata"]["table"].__pydantic_core_schema__, []))
 
 
 class Members(NamedTuple):

@@ -12,6 +12,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from escort_mj import stopping
+from escort_mj.components.parameters import STRICT
 from escort_mj.errors import Fault, PluginError, ScenarioError, UsageError
 from escort_mj.plugin_calls import Trespass, blamed, confined
 from escort_mj.scenario.arguments import Overrides
@@ -320,7 +321,7 @@ def _validated(data: dict[str, Any], kind: type[Scenario]) -> Scenario:
     files = ", ".join(str(one.source.file or one.source.package) for one in catalog_of(kind).plugins)
     try:
         with confined(files) if files else nullcontext():
-            return kind.model_validate(tuples(data), strict=True)
+            return kind.model_validate(tuples(data), strict=True, context=STRICT)
     except ValidationError:
         raise
     except BaseException as error:

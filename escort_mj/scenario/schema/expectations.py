@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Union
 
 from pydantic import Discriminator, Tag
 
-from escort_mj.components.parameters import one_of
+from escort_mj.components.parameters import Deferred, one_of
 from escort_mj.expectations import EXPECTATIONS, Expectation
 
 
@@ -25,7 +25,7 @@ def expectation_of(kinds: Sequence[type[Expectation]]) -> Any:
         names = (kind.kind for kind in kinds) if isinstance(value, dict) else ()
         return next((tag_of_kind(name) for name in names if name in value), None)
 
-    tagged = [Annotated[kind, Tag(tag_of_kind(kind.kind))] for kind in kinds]
+    tagged = [Annotated[kind, Deferred(), Tag(tag_of_kind(kind.kind))] for kind in kinds]
     one: Any = Union[tuple(tagged)]  # noqa: UP007 - of types that are known at run time only
     asked = Discriminator(kind_of, custom_error_type="kind", custom_error_message="an expectation")
     return Annotated[one, asked]

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias, Union
+from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple, TypeAlias, Union
 
-from pydantic import BeforeValidator, Field, PlainValidator, WithJsonSchema
+from pydantic import BeforeValidator, Field, GetCoreSchemaHandler, PlainValidator, WithJsonSchema
 from pydantic_core import PydanticCustomError
+from pydantic_core.core_schema import tagged_union_schema
 
 from escort_mj.behaviors.behavior import Behavior as AnyBehavior
 from escort_mj.behaviors.task import MAX_LEVELS
-from escort_mj.components.parameters import TEXT, Member, OfTime, one_of
+from escort_mj.components.parameters import TEXT, Deferred, Member, OfTime, one_of
 from escort_mj.control.outer_loops import OuterLoop as AnyOuterLoop
 from escort_mj.disturbances import Disturbance as AnyDisturbance
 from escort_mj.estimators import Estimator as AnyEstimator
@@ -63,6 +64,26 @@ PATTERNS = {
 }
 
 
+class OneOf(NamedTuple):
+    """Marks a union of tables.
+
+    Attributes:
+        key: The key that tells them apart.
+        models: The tables.
+    """
+
+    key: str
+    models: tuple[type[Member], ...]
+
+    def __get_pydantic_core_schema__(self, _: Any, handler: GetCoreSchemaHandler) -> Any:
+        """Return the schema that compiles the checks of those tables only that values ask for."""
+        tables = {
+            str(model.own_name()): handler.generate_schema(Annotated[model, Deferred()])
+            for model in self.models
+        }
+        return tagged_union_schema(tables, discriminator=self.key)
+
+
 def named(key: str, default: str | None = None) -> Any:
     """Lets `chords` stand for `{behavior: chords}`, and a table without the name for the default's."""
 
@@ -86,10 +107,11 @@ def one_of_kinds(models: Sequence[type[Member]], default: str | None = None) -> 
     key = models[0].named_by
     names = Literal[tuple(model.own_name() for model in models)]  # type: ignore[valid-type]
     table: Any = Union[tuple(models)]  # noqa: UP007 - of types that are known at run time only
+    deferred: Any = Union[tuple(Annotated[model, Deferred()] for model in models)]  # noqa: UP007
     return Annotated[
         table,
-        Field(discriminator=key),
-        BeforeValidator(named(key, default), json_schema_input_type=names | table),
+        OneOf(key, tuple(models)),
+        BeforeValidator(named(key, default), json_schema_input_type=names | deferred),
     ]
 
 
