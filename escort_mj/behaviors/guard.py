@@ -66,7 +66,7 @@ class Guard(Behavior):
         aside = w - (dot(y, w) / (far * far)) * y
         velocity = self.gain * way + r.target_velocity + scale * aside
         left = norm(where(active, way, 0.0))
-        return move(where(active, velocity, 0.0), where(active, 1.0, everywhere(0.0)), left)
+        return move(velocity, where(active, 1.0, everywhere(0.0)), left)
 
 
 @inlined

@@ -100,5 +100,4 @@ class Intercept(Behavior):
         closest = way + later * course
         share = self.speed / root(where(passes, dot(closest, closest), 1.0))
         velocity = where(passes, share * closest, course + rate * way)
-        on = where(active, 1.0, everywhere(0.0))
-        return move(where(active, velocity, 0.0), on, where(active, left, 0.0))
+        return move(velocity, where(active, 1.0, everywhere(0.0)), where(active, left, 0.0))

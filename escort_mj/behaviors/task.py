@@ -118,8 +118,8 @@ def across(x: Vec, velocity: Vec, error: Lanes) -> Task:
 
 @inlined
 def move(velocity: Vec, active: Lanes, error: Lanes) -> Task:
-    """A task in all directions, of those robots for which it is active."""
-    nothing = everywhere(0.0)
+    """A task in all directions, of those robots for which it is active; it asks nothing of others."""
+    nothing, velocity = everywhere(0.0), where(active > 0.0, velocity, 0.0)
     return Task(
         velocity, velocity, nothing, velocity, nothing, 1, active, active, error, nothing, nothing, 0.0
     )  # fmt: skip

@@ -59,7 +59,8 @@ def passage_note(mission: Mission) -> str:
         smaller = f"a radius of at most {fits:.3g} m fits"
         smaller += "" if surface.fit else "; surface with fit: true shrinks where necessary"
     else:
-        smaller = f"no radius fits; the safe distance must be less than {0.5 * door.width:.3g} m"
+        smaller = f"no radius fits; centers of robots keep {margin:.3g} m from walls, and a radius fits "
+        smaller += f"where they keep less than {0.5 * door.width:.3g} m"
     words = f"{what} of {radius:.3g} m needs {2.0 * (radius + margin):.3g} m with its safe distances, and "
     words += f"{door.between} leave {door.width:.3g} m at {door.time:.3g} s, so robots lose their places: "
     return words + smaller

@@ -214,11 +214,10 @@ class Guard:
     ) -> Judgement:
         """Say who is out, who is back, and whether all are to stop."""
         limits, was = self.limits, self.watch
+        late = ages > (math.inf if limits.age is None else limits.age + SLACK)  # and not stamps of the future
         dropped = np.zeros(len(fresh), bool)
         for cause in AT_ONCE:
-            dropped |= found[cause] & (getattr(limits, f"on_{cause}") == "drop")
-        if limits.age is not None and limits.on_age == "drop":
-            dropped &= ~found["age"] | (ages > limits.age + SLACK)  # a stamp of the future is only ignored
+            dropped |= found[cause] & (getattr(limits, f"on_{cause}") == "drop") & ((cause != "age") | late)
         bad = np.any([*found.values()], axis=0)
         since = np.where(bad, math.inf, np.where(fresh, np.minimum(was.since, now), was.since))
         returned = was.out & fresh & ~dropped & (now - since >= limits.rejoin - SLACK)

@@ -154,3 +154,14 @@ def test_a_task_of_two_functions_that_is_not_active_leaves_all() -> None:
     for condition, changed in ((np.full(8, False), False), (np.full(8, True), True)):
         left = leave(only(condition, asked), w)
         assert np.allclose(np.array(left.parts), np.array(w.parts)) != changed
+
+
+def test_a_motion_that_is_not_active_asks_nothing() -> None:
+    from escort_mj.behaviors.task import leave, move
+    from escort_mj.native.vectors import Vec
+
+    w = Vec(tuple(np.random.default_rng(1).normal(size=(3, 8))))
+    active = np.arange(8) % 2.0
+    asked = move(w, active, np.zeros(8))
+    for velocity, left, own in zip(asked.velocity.parts, leave(asked, w).parts, w.parts, strict=True):
+        assert np.array_equal(velocity, active * own) and np.array_equal(left, (1.0 - active) * own)

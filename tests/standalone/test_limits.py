@@ -258,6 +258,12 @@ def test_stamps_of_the_future_and_the_past_are_no_measurements() -> None:
     assert flight.told == [(3, "age", "ignored"), (3, "age", "out")]
     assert "3.6e+03 s ahead of the call" in flight.controller.events[0].message
 
+    def outside(time: float, q: np.ndarray, v: np.ndarray, stamps: np.ndarray) -> None:
+        q[1], stamps[1] = [30.0, 0.0], time + 3600.0
+
+    flight = Flight(Limits(area=STRICT["area"], on_area="drop")).fly(0.5).fly(0.02, outside)
+    assert (2, "area", "out") in flight.told and flight.controller.out.tolist() == [False, True, False, False]
+
     def late(time: float, q: np.ndarray, v: np.ndarray, stamps: np.ndarray) -> None:
         if round(time / 0.02) % 2:
             q[2], stamps[2] = (9.0, 9.0), time - 0.09
