@@ -19,7 +19,7 @@ from escort_mj.record.tables import aligned, latex
 from escort_mj.record.tables import markdown as markdown_rows
 from escort_mj.report.figures.drawing.curves import draw_curves, log_scale, running_rms, timeline
 from escort_mj.report.figures.drawing.scales import heading
-from escort_mj.report.figures.drawing.style import FAILED, figure
+from escort_mj.report.figures.drawing.style import FAILED, figure, rows_of_cells
 from escort_mj.study.compare.compare import LAW, LAWS, LOOP, title_of
 from escort_mj.study.sweeps.quantities import COMPLETED, value_text
 from escort_mj.study.sweeps.results import Results
@@ -261,20 +261,14 @@ def draw_bars(path: Path, found: Comparison) -> Path:
     """One panel per quantity, a bar per combination, a dot per seed."""
     results = found.results
     names = [name for name in found.columns if name.startswith(DRAWN) and results.known([name])]
-    lines = -(-max(len(names), 1) // 3)
-    height = lines * (0.76 + BAR * len(found.title)) + 0.4
+    height = -(-max(len(names), 1) // 3) * (0.76 + BAR * len(found.title)) + 0.4
     lone = len(results.factors[LOOP].levels) == 1
     labels = [law if lone else f"{law} / {loop}" for law, loop in found.title]
     with figure(path, height, f"{results.name}: {found.subject} compared", width=9.6) as canvas:
-        grid = canvas.subplots(lines, 3, squeeze=False, sharey=True)
-        for axes, name in zip(grid.ravel(), names, strict=False):
+        shown = rows_of_cells(canvas, len(names), 3, labels) if names else []
+        for axes, name in zip(shown, names, strict=True):
             _bars(axes, name, found)
             axes.set_title(heading(results.quantities[name], "\n"))
-        for axes in grid.ravel()[len(names) :]:
-            axes.set_visible(False)
-        for axes in grid[:, 0]:
-            axes.set_yticks(range(len(labels)), labels, fontsize=7.5)
-        grid[0, 0].set_ylim(len(labels) - 0.4, -0.6)
     return path
 
 
@@ -287,7 +281,6 @@ def _bars(axes: Axes, name: str, found: Comparison) -> None:
     small = unit in ("m", "m/s") and max(sizes, default=1.0) < 1.0
     scale = MILLI if small else 1.0
     axes.set_xlabel(("m" if small else "") + unit, labelpad=1.0)
-    axes.grid(axis="y", visible=False)
     axes.axvline(0.0, color="#555555", linewidth=0.7)
     axes.xaxis.set_major_locator(MaxNLocator(5))
 

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axis import Axis
 from matplotlib.ticker import LogLocator, NullFormatter
 from numpy.typing import NDArray
 
 from escort_mj import palette
+from escort_mj.report.figures.drawing.style import Key
 from escort_mj.study.sweeps.quantities import RATES, Quantity
 from escort_mj.study.sweeps.results import Factor
 
@@ -85,6 +87,19 @@ def readable(value: float, unit: str = "") -> str:
     size = abs(value)
     text = f"{value:.0f}" if 100.0 <= size < 1e6 else f"{value:.3g}"
     return f"{text} {unit}".rstrip()
+
+
+def level_keys(by: Factor | None, artist: Callable[[int], Artist]) -> list[Key]:
+    """Legend entries of a factor's levels; no entries of no factor.
+
+    Args:
+        by: The factor.
+        artist: What shows the level of a number.
+    """
+    levels = (
+        [] if by is None else [level if len(level) >= 20 else f"{by.name} = {level}" for level in by.levels]
+    )
+    return [(words, artist(number)) for number, words in enumerate(levels)]
 
 
 def colors_of(count: int) -> list[palette.Color]:

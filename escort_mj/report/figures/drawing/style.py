@@ -18,6 +18,7 @@ from matplotlib.collections import PathCollection
 from matplotlib.colors import ListedColormap, Normalize
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from numpy.typing import NDArray
 
 from escort_mj import palette
 from escort_mj.files import make_folder, replaced
@@ -157,6 +158,38 @@ def figure(path: Path, height: float, title: str, note: str = "", width: float =
         with canvas_of(height, title, note, width) as canvas:
             yield canvas
         save_figure(canvas, path)
+
+
+def panels(canvas: Figure, count: int, across: int, **shared: Any) -> tuple[NDArray[Any], list[Axes]]:
+    """Lay out panels row by row; the last of each column names its ticks.
+
+    Args:
+        canvas: Where to draw.
+        count: How many there are.
+        across: How many stand beside each other.
+        shared: `sharex` and `sharey`, as for `Figure.subplots`.
+
+    Returns:
+        The grid, shape (rows, across), whose places beyond the last panel are empty; and the panels.
+    """
+    grid = canvas.subplots(-(-count // across), across, squeeze=False, **shared)
+    for axes in grid.ravel()[count:]:
+        axes.set_visible(False)
+    shown = list(grid.ravel()[:count])
+    for axes in shown[-across:]:
+        axes.tick_params(labelbottom=True)
+    return grid, shown
+
+
+def rows_of_cells(canvas: Figure, count: int, across: int, labels: Sequence[str]) -> list[Axes]:
+    """Lay out panels that have a row for each cell of a study, named beside the first column."""
+    grid, shown = panels(canvas, count, across, sharey=True)
+    for axes in grid[:, 0]:
+        axes.set_yticks(range(len(labels)), labels, fontsize=7.5)
+    for axes in shown:
+        axes.grid(axis="y", visible=False)
+    shown[0].set_ylim(len(labels) - 0.4, -0.6)
+    return shown
 
 
 def save_figure(canvas: Figure, path: Path) -> None:

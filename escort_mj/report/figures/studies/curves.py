@@ -9,15 +9,22 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import NullLocator
 from numpy.typing import NDArray
 
 from escort_mj import palette
 from escort_mj.report.figures.drawing.look import abreast
-from escort_mj.report.figures.drawing.scales import Scale, colors_of, heading, logarithmic, scale_of, ticks_of
-from escort_mj.report.figures.drawing.style import FAILED, Key, figure, legend
+from escort_mj.report.figures.drawing.scales import (
+    Scale,
+    colors_of,
+    heading,
+    level_keys,
+    logarithmic,
+    scale_of,
+    ticks_of,
+)
+from escort_mj.report.figures.drawing.style import FAILED, figure, legend, panels, rows_of_cells
 from escort_mj.study.sweeps.quantities import RATES, Quantity
 from escort_mj.study.sweeps.results import Factor, Results
 from escort_mj.study.sweeps.statistics import Interval, proportion_of, summary
@@ -53,20 +60,16 @@ def draw_study_curves(
         by: A line per level of this one.
         quantities: A panel each.
     """
-    across = abreast(2)
+    across, never = abreast(2), False
     down = -(-len(quantities) // across)
     with figure(path, 0.8 + 2.1 * down, f"{results.name}: against {factor.name}") as canvas:
-        grid, never = canvas.subplots(down, across, squeeze=False, sharex=True), False
-        for axes, quantity in zip(grid.ravel(), quantities, strict=False):
+        _, shown = panels(canvas, len(quantities), across, sharex=True)
+        for axes, quantity in zip(shown, quantities, strict=True):
             lines = [list(_points(results, quantity, factor, here)) for here in _parts(results, by)]
             _curves(axes, results.quantities[quantity], lines)
             never |= any(np.isposinf(point.value) for line in lines for point in line)
-        for axes in grid.ravel()[len(quantities) :]:
-            axes.set_visible(False)
-        shown = grid.ravel()[: len(quantities)]
         for axes in shown[-across:]:
             axes.set_xlabel(factor.title)
-            axes.tick_params(labelbottom=True)
         for axes in shown:
             if factor.log:
                 axes.set_xscale("log")
@@ -74,7 +77,11 @@ def draw_study_curves(
             if len(factor.levels) <= 10 and not factor.drawn:
                 axes.set_xticks(factor.numbers, ticks_of(factor))
                 axes.xaxis.set_minor_locator(NullLocator())
-        _name(canvas, by, never)
+        colors = colors_of(len(by.levels) if by else 0)
+        keys = level_keys(by, lambda level: Line2D([], [], color=colors[level], linewidth=2.0))
+        if never:
+            keys.append(("median: never", Line2D([], [], color="#555555", marker="x", linestyle="")))
+        legend(canvas, keys)
 
 
 def _parts(results: Results, by: Factor | None) -> list[NDArray[np.bool_]]:
@@ -141,19 +148,6 @@ def _prepare(axes: Axes, quantity: Quantity, scale: Scale, vertical: bool) -> No
         logarithmic(axes.yaxis if vertical else axes.xaxis)
 
 
-def _name(canvas: Figure, by: Factor | None, never: bool) -> None:
-    """The legend: which color is which level; what a cross at the upper edge means, where there is one."""
-    keys: list[Key] = []
-    if by is not None:
-        keys = [
-            (f"{by.name} = {level}" if len(level) < 20 else level, Line2D([], [], color=color, linewidth=2.0))
-            for level, color in zip(by.levels, colors_of(len(by.levels)), strict=True)
-        ]
-    if never:
-        keys.append(("median: never", Line2D([], [], color="#555555", marker="x", linestyle="")))
-    legend(canvas, keys)
-
-
 def draw_intervals(path: Path, results: Results, by: Factor | None, quantities: Sequence[str]) -> None:
     """Draw each cell's medians and shares with their intervals, a panel per quantity.
 
@@ -172,15 +166,10 @@ def draw_intervals(path: Path, results: Results, by: Factor | None, quantities: 
     rows = -(-len(quantities) // across)
     height = rows * (1.16 + BAR * max(len(cells), 3))
     with figure(path, height, f"{results.name}: each cell", width=9.6) as canvas:
-        grid = canvas.subplots(rows, across, squeeze=False, sharey=True)
-        for axes, quantity in zip(grid.ravel(), quantities, strict=False):
+        shown = rows_of_cells(canvas, len(quantities), across, words)
+        for axes, quantity in zip(shown, quantities, strict=True):
             points = [_point(0.0, quantity, results.of_cell(quantity, index)) for index in cells]
             _intervals(axes, results.quantities[quantity], points, colors)
-        for axes in grid.ravel()[len(quantities) :]:
-            axes.set_visible(False)
-        for axes in grid[:, 0]:
-            axes.set_yticks(cells, words, fontsize=7.5)
-        grid[0, 0].set_ylim(len(cells) - 0.4, -0.6)
 
 
 def _intervals(
@@ -189,7 +178,6 @@ def _intervals(
     """One panel: a dot and a bar per cell, or why there is none."""
     scale = scale_of(quantity, np.array([end for point in points for end in (point.value, *point.interval)]))
     _prepare(axes, quantity, scale, vertical=False)
-    axes.grid(axis="y", visible=False)
     for place, (point, color) in enumerate(zip(points, colors, strict=True)):
         if not np.isfinite(point.value):
             text = "never" if np.isposinf(point.value) else "-"

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from escort_mj.report.figures.drawing.look import abreast
 from escort_mj.report.figures.drawing.scales import Scale, logarithmic, readable, scale_of, ticks_of
-from escort_mj.report.figures.drawing.style import figure
+from escort_mj.report.figures.drawing.style import figure, panels
 from escort_mj.study.sweeps.quantities import RATES, Quantity
 from escort_mj.study.sweeps.results import Factor, Results
 from escort_mj.study.sweeps.statistics import proportion_of, summary
@@ -27,7 +27,7 @@ NOTHING = "#DDDFE3"
 
 
 def draw_map(
-    path: Path, results: Results, quantity: str, x: Factor, y: Factor, panels: Factor | None = None
+    path: Path, results: Results, quantity: str, x: Factor, y: Factor, by: Factor | None = None
 ) -> None:
     """Draws medians, or of something that happens its share, over two factors.
 
@@ -37,28 +37,24 @@ def draw_map(
         quantity: One of the results'.
         x: Factor from left to right.
         y: Factor from below upward.
-        panels: A third, a panel per level; what else varies is taken together.
+        by: A third, a panel per level; what else varies is taken together.
     """
-    levels = [None] if panels is None else list(range(len(panels.levels)))
-    tables = [_table(results, quantity, x, y, panels, level) for level in levels]
+    levels = [None] if by is None else list(range(len(by.levels)))
+    tables = [_table(results, quantity, x, y, by, level) for level in levels]
     about = results.quantities[quantity]
     scale = scale_of(about, np.concatenate([table.ravel() for table in tables]))
     across = abreast(min(len(levels), ACROSS))
     down = -(-len(levels) // across)
     height = 0.7 + down * (0.75 + max(0.3 * len(y.levels), 0.9, LETTER * len(y.title)))
     with figure(path, height, f"{results.name}: {about.heading}") as canvas:
-        grid = canvas.subplots(down, across, squeeze=False, sharex=True, sharey=True)
+        grid, shown = panels(canvas, len(levels), across, sharex=True, sharey=True)
         image: Any = None
-        for axes, level, table in zip(grid.ravel(), levels, tables, strict=False):
+        for axes, level, table in zip(shown, levels, tables, strict=True):
             image = _panel(axes, scale.factor * table, scale, about, x, y)
-            if panels is not None and level is not None:
-                axes.set_title(f"{panels.name} = {panels.levels[level]}")
-        for axes in grid.ravel()[len(levels) :]:
-            axes.set_visible(False)
-        for place, axes in enumerate(grid.ravel()[: len(levels)]):
-            if place + across >= len(levels):
-                axes.set_xlabel(x.title)
-                axes.tick_params(labelbottom=True)
+            if by is not None and level is not None:
+                axes.set_title(f"{by.name} = {by.levels[level]}")
+        for axes in shown[-across:]:
+            axes.set_xlabel(x.title)
         for axes in grid[:, 0]:
             axes.set_ylabel(y.title)
         bar = canvas.colorbar(image, ax=list(grid.ravel()), fraction=0.035, pad=0.015, aspect=25)
@@ -69,13 +65,13 @@ def draw_map(
 
 
 def _table(
-    results: Results, quantity: str, x: Factor, y: Factor, panels: Factor | None, level: int | None
+    results: Results, quantity: str, x: Factor, y: Factor, by: Factor | None, level: int | None
 ) -> Array:
     """Share or median per level of both factors, shape (levels of y, levels of x); NaN for none."""
     values = results.values(quantity)
     inside = np.ones(len(values), dtype=bool)
-    if panels is not None:
-        inside = results.levels[panels.name] == level
+    if by is not None:
+        inside = results.levels[by.name] == level
     found = np.full((len(y.levels), len(x.levels)), np.nan)
     for row in range(len(y.levels)):
         for column in range(len(x.levels)):

@@ -13,7 +13,7 @@ from matplotlib.lines import Line2D
 from escort_mj.report.figures.drawing.curves import log_ticks
 from escort_mj.report.figures.drawing.look import abreast
 from escort_mj.report.figures.drawing.scales import colors_of, heading, scale_of
-from escort_mj.report.figures.drawing.style import figure, legend
+from escort_mj.report.figures.drawing.style import figure, legend, panels
 from escort_mj.study.sweeps.quantities import COMPLETED, RATES
 from escort_mj.study.sweeps.results import Factor, Results
 
@@ -40,13 +40,10 @@ def draw_marks(
     columns, colors = abreast(2), colors_of(len(by.levels))
     rows = -(-len(quantities) // columns)
     with figure(path, 1.6 + 2.2 * rows, f"{results.name}: cell by cell", width=9.6) as canvas:
-        grid = canvas.subplots(rows, columns, sharex=True, squeeze=False)
-        for axes, name in zip(grid.ravel(), quantities, strict=False):
+        _, shown = panels(canvas, len(quantities), columns, sharex=True)
+        for axes, name in zip(shown, quantities, strict=True):
             _panel(axes, results, name, factors)
-        for axes in grid.ravel()[len(quantities) :]:
-            axes.set_visible(False)
-        for axes in grid.ravel()[: len(quantities)][-columns:]:
-            axes.tick_params(labelbottom=True)
+        for axes in shown[-columns:]:
             axes.set_xticks(
                 range(len(across.levels)), [_lines(level, letters) for level in across.levels], fontsize=6.5
             )

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import LogNorm, Normalize
-from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
-from escort_mj.report.figures.drawing.scales import heading, logarithmic, scale_of
-from escort_mj.report.figures.drawing.style import Key, figure, legend
+from escort_mj.report.figures.drawing.scales import heading, level_keys, logarithmic, scale_of
+from escort_mj.report.figures.drawing.style import figure, legend
 from escort_mj.study.sweeps.quantities import EFFORT, PRECISION, SAFETY
 from escort_mj.study.sweeps.results import Factor, Results
 from escort_mj.study.sweeps.statistics import pareto
@@ -81,7 +81,10 @@ def draw_tradeoff(path: Path, results: Results, by: Factor | None) -> None:
         bar = canvas.colorbar(ScalarMappable(norm, "viridis"), ax=axes, fraction=0.035, pad=0.015, aspect=30)
         bar.set_label(f"{heading(results.quantities[EFFORT])}, median [{colors.unit}]")
         bar.outline.set_visible(False)
-        _name(canvas, by)
+        keys = level_keys(by, lambda level: _mark(MARKS[level % len(MARKS)], color="#555555", markersize=5))
+        keys.append(("on the front of all three", _mark("o", mec=RING, mfc="none", markersize=8)))
+        keys.append(("front of these two", Line2D([], [], color=RING, linewidth=0.9, linestyle=(0, (4, 2)))))
+        legend(canvas, keys)
 
 
 def _stairs(safety: NDArray[np.float64], precision: NDArray[np.float64]) -> tuple[list[float], list[float]]:
@@ -96,23 +99,6 @@ def _stairs(safety: NDArray[np.float64], precision: NDArray[np.float64]) -> tupl
     return x, y
 
 
-def _name(canvas: Figure, by: Factor | None) -> None:
-    """Which shape is which level, and what rings and line mean."""
-    keys: list[Key] = []
-    if by is not None:
-        keys = [
-            (f"{by.name} = {level}" if len(level) < 20 else level, _mark(MARKS[index % len(MARKS)]))
-            for index, level in enumerate(by.levels)
-        ]
-    keys.append(
-        (
-            "on the front of all three",
-            Line2D([], [], marker="o", mec=RING, mfc="none", linestyle="", markersize=8),
-        )
-    )
-    keys.append(("front of these two", Line2D([], [], color=RING, linewidth=0.9, linestyle=(0, (4, 2)))))
-    legend(canvas, keys)
-
-
-def _mark(shape: str) -> Line2D:
-    return Line2D([], [], marker=shape, color="#555555", linestyle="", markersize=5)
+def _mark(shape: str, **look: Any) -> Line2D:
+    """A mark of a legend."""
+    return Line2D([], [], marker=shape, linestyle="", **look)
