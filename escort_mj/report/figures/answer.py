@@ -50,7 +50,6 @@ def draw_steps(steps: Sequence[Step], title: str, path: Path) -> None:
             wanted = np.where(step.time >= 0.0, step.size, 0.0)
             axes.plot(step.time, wanted, color=palette.LIMIT, linestyle="--", label="reference")
             axes.plot(step.time, step.velocity, color=palette.robot_color(0, 1), label="robot")
-            axes.set_title(f"along {step.axis}")
-            axes.set_xlabel("time from the step [s]")
+            axes.set(title=f"along {step.axis}", xlabel="time from the step [s]")
         grid[0].set_ylabel("velocity [m/s]")
         grid[-1].legend(loc="lower right")

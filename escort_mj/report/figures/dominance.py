@@ -127,9 +127,7 @@ def _draw(axes: Axes, trace: Recorded, moment: int) -> list[Key]:
         axes.plot(*place[:, None], "D", color=color, markersize=5.0, markeredgecolor=palette.TARGET)
     if escorts(trace):
         axes.add_patch(Circle(target, float(trace.attrs["target_radius"]), color=palette.TARGET))
-    axes.set_xlim(low[0], high[0])
-    axes.set_ylim(low[1], high[1])
-    axes.set_aspect("equal")
+    axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect="equal")
     return keys
 
 

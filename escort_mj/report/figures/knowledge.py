@@ -20,13 +20,13 @@ from escort_mj.metrics.reading import lost
 from escort_mj.record.recording import Recorded
 from escort_mj.record.team import of_team, own_targets, team_names
 from escort_mj.report.figures.drawing.curves import (
-    SECOND,
+    DASHED,
+    beside_curves,
     curve_keys,
-    dashed_curves,
-    draw_curves,
     lanes,
     lanes_height,
     log_scale,
+    robot_curves,
     running_mean,
     running_rms,
     timeline,
@@ -92,25 +92,21 @@ def _errors(trace: Recorded) -> Array:
 
 
 def _estimates(axes: Axes, letter: str, trace: Recorded) -> list[Key]:
-    time, colors = trace["time"].values, palette.robot_colors(trace.sizes["robot"])
-    axes.set_title(f"{letter} Error of the estimated target position")
-    axes.set_ylabel("error [m]")
-    draw_curves(axes, time, _errors(trace), colors, running_rms, lost=lost(trace))
+    title = f"{letter} Error of the estimated target position"
+    robot_curves(axes, trace, _errors(trace), running_rms, title=title, ylabel="error [m]")
     variance, keys = np.trace(trace["target_covariance"].values, axis1=2, axis2=3), list[Key]()
     if variance.any():
-        expected = 2.0 * np.sqrt(np.apply_along_axis(lambda one: running_mean(time, one), 0, variance))
-        dashed_curves(axes, time, expected, colors)
-        keys.append(("2σ that the robot expects", Line2D([], [], color="#777777", linestyle=SECOND)))
+        mean = np.apply_along_axis(lambda one: running_mean(trace["time"].values, one), 0, variance)
+        beside_curves(axes, trace, 2.0 * np.sqrt(mean), **DASHED)
+        dash = Line2D([], [], color="#777777", linestyle=DASHED["linestyle"])
+        keys.append(("2σ that the robot expects", dash))
     log_scale(axes)
     return keys
 
 
 def _ages(axes: Axes, letter: str, trace: Recorded) -> list[Key]:
-    time, colors = trace["time"].values, palette.robot_colors(trace.sizes["robot"])
-    axes.set_title(f"{letter} Age of the newest measurement of the target")
-    axes.set_ylabel("age [s]")
-    draw_curves(axes, time, trace["information_age"].values, colors, running_mean, lost=lost(trace))
-    axes.set_ylim(bottom=0.0)
+    age, title = trace["information_age"].values, f"{letter} Age of the newest measurement of the target"
+    robot_curves(axes, trace, age, running_mean, title=title, ylabel="age [s]", ylim=(0.0, None))
     return []
 
 
@@ -190,10 +186,8 @@ def _hearing(axes: Axes, letter: str, trace: Recorded) -> list[Key]:
         most = trace.sizes["slot"]
         lanes(axes, trace["time"].values, heard / most, f"{title} (a full lane: {most})")
     else:
-        draw_curves(axes, trace["time"].values, heard.astype(float), palette.robot_colors(count))
-        axes.set_title(title)
-        axes.set_ylabel("robots")
-        axes.set_ylim(bottom=0.0)
+        labels = {"title": title, "ylabel": "robots", "ylim": (0.0, None)}
+        robot_curves(axes, trace, heard.astype(float), gray_lost=False, **labels)
     return []
 
 
@@ -201,10 +195,8 @@ def _losses(axes: Axes, letter: str, trace: Recorded) -> list[Key]:
     """The share of all messages to each robot so far that are lost on the way."""
     gone, heard = trace["messages_lost"].values, trace["messages_heard"].values
     share = 100.0 * gone / np.maximum(gone + heard, 1.0)
-    draw_curves(axes, trace["time"].values, share, palette.robot_colors(trace.sizes["robot"]))
-    axes.set_title(f"{letter} Messages to the robot that were lost so far")
-    axes.set_ylabel("share [%]")
-    axes.set_ylim(bottom=0.0)
+    title = f"{letter} Messages to the robot that were lost so far"
+    robot_curves(axes, trace, share, gray_lost=False, title=title, ylabel="share [%]", ylim=(0.0, None))
     return []
 
 
@@ -212,13 +204,5 @@ def _shade(grid: NDArray[np.object_], time: Array, apart: NDArray[np.bool_]) -> 
     """Shade the time during which the team is in parts that do not hear each other."""
     apart = np.append(apart[:1], apart[1:] | apart[:-1])  # each sample lasts until the next
     for axes in grid:
-        axes.fill_between(
-            time,
-            0.0,
-            1.0,
-            where=apart,
-            step="post",
-            transform=axes.get_xaxis_transform(),
-            zorder=0.5,
-            **APART,
-        )
+        area = {"where": apart, "step": "post", "transform": axes.get_xaxis_transform(), "zorder": 0.5}
+        axes.fill_between(time, 0.0, 1.0, **area, **APART)

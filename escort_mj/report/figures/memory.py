@@ -5,14 +5,19 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
 from escort_mj import palette
 from escort_mj.record.recording import Recorded
-from escort_mj.report.figures.drawing.curves import curve_keys, draw_curves, thin, timeline
+from escort_mj.report.figures.drawing.curves import (
+    beside_curves,
+    curve_keys,
+    robot_curves,
+    thin,
+    timeline,
+)
 from escort_mj.report.figures.drawing.style import Key, name_robots
 
 Array = NDArray[np.float64]
@@ -29,8 +34,7 @@ def memory_height(trace: Recorded, width: float) -> float:
 
 def memory(figure: Figure, trace: Recorded) -> None:
     """One row of panels for each number of robots, one panel for each axis; one panel for each of bodies."""
-    time, count = trace["time"].values, trace.sizes["robot"]
-    colors, names, kept = palette.robot_colors(count), _integrated(trace), _kept(trace)
+    time, names, kept = trace["time"].values, _integrated(trace), _kept(trace)
     axes = min(trace.sizes["axis"], MOST_AXES) if names else 1
     rows = min(len(names) + len(kept), MOST_ROWS)
     grid = figure.subplots(rows, axes, sharex=True, sharey="row", squeeze=False)
@@ -40,16 +44,15 @@ def memory(figure: Figure, trace: Recorded) -> None:
         true = truth_of(trace, row)
         for k in range(axes):
             panel = grid[row, k]
-            draw_curves(panel, time, own[..., k], colors)
+            title = f"{name}, {trace['axis'].values[k]}"
+            robot_curves(panel, trace, own[..., k], gray_lost=False, title=title)
             if true is not None:
                 compared = True
-                _behind(panel, time, trace[true].values[..., k], colors)
-            panel.set_title(f"{name}, {trace['axis'].values[k]}")
+                beside_curves(panel, trace, trace[true].values[..., k], **BEHIND)
         grid[row, 0].set_ylabel(str(trace["memory_unit"].values[row]))
     for panels, (name, column) in zip(grid[len(names) :], kept.items(), strict=False):
         panels[0].plot(*thin(time, trace["policy_memory"].values[:, column]), color=palette.LIMIT)
-        panels[0].set_title(name)
-        panels[0].set_ylabel(str(trace["policy_unit"].values[column]))
+        panels[0].set(title=name, ylabel=str(trace["policy_unit"].values[column]))
         for panel in panels[1:]:
             panel.set_axis_off()
     timeline(grid.ravel(), time)
@@ -58,6 +61,7 @@ def memory(figure: Figure, trace: Recorded) -> None:
     pale: Any = Line2D([], [], color="#777777", **BEHIND)
     keys: list[Key] = [("what it estimates", pale)] if compared else []
     if names:
+        count = trace.sizes["robot"]
         name_robots(figure, grid.ravel(), count, keys + curve_keys(count, ""))
 
 
@@ -71,14 +75,6 @@ def _kept(trace: Recorded) -> dict[str, int]:
     if "policy_memory" not in trace:
         return {}
     return {str(name): column for column, name in enumerate(trace["policy_value"].values)}
-
-
-def _behind(panel: Axes, time: Array, values: Array, colors: list[palette.Color]) -> None:
-    """Draw a broad pale curve per robot behind its own; of a crowd the median."""
-    if len(colors) > palette.MOST_LINES:
-        values, colors = np.median(values, axis=1, keepdims=True), [palette.LIMIT]
-    for column, color in enumerate(colors):
-        panel.plot(*thin(time, values[:, column]), color=color, **BEHIND)
 
 
 def truth_of(trace: Recorded, row: int) -> str | None:

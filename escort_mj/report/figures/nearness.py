@@ -9,17 +9,16 @@ from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from escort_mj import palette
-from escort_mj.metrics.reading import lost
 from escort_mj.record.episodes import apart_from, pair
 from escort_mj.record.recording import Recorded
 from escort_mj.record.team import kept_radius
 from escort_mj.report.figures.drawing.curves import (
     BOUND,
     curve_keys,
-    draw_curves,
     lanes,
     lanes_height,
     limit_line,
+    robot_curves,
     timeline,
 )
 from escort_mj.report.figures.drawing.style import Key, name_robots
@@ -34,7 +33,6 @@ MOST_PANELS = 4  # obstacles with a panel of their own
 def obstacle_distances(figure: Figure, trace: Recorded) -> None:
     """The paper's fig. 10: how near the robots come to each obstacle, and when avoidance ruled whom."""
     time, count = trace["time"].values, trace.sizes["robot"]
-    colors = palette.robot_colors(count)
     distance, safe = trace["obstacle_distance"].values, safe_radius(trace)
     touch = trace["robot_radius"].values[:, None] + trace["obstacle_radius"].values
     obstacles = trace.sizes["obstacle"]
@@ -43,22 +41,20 @@ def obstacle_distances(figure: Figure, trace: Recorded) -> None:
     others: list[Key] = [("safe distance", Line2D([], [], color=palette.CONTACT, linestyle=BOUND))]
     if rows == obstacles:
         for j, axes in enumerate(grid[:rows]):
-            axes.set_title(f"To {trace['obstacle'].values[j]}")
-            draw_curves(axes, time, distance[:, :, j], colors, lost=lost(trace))
             top = _window(distance[:, :, j], 4.0 * max(safe[:, j].max(), touch[:, j].max()))
-            axes.set_ylim(0.0, top)
+            shape = trace["obstacle_radius"].values[j] == 0.0  # distances are to its nearest point
+            label = "to surface [m]" if shape else "centers apart [m]"
+            robot_curves(axes, trace, distance[:, :, j], ylabel=label, ylim=(0.0, top))
+            axes.set_title(f"To {trace['obstacle'].values[j]}")
             axes.axhspan(0.0, float(touch[:, j].min()), color=palette.OBSTACLE, alpha=0.45, linewidth=0)
             limit_line(axes, float(safe[:, j].max()), f"{safe[:, j].max():.3g} m", palette.CONTACT)
-            point = trace["obstacle_radius"].values[j] == 0.0  # a shape: distances are to its nearest point
-            axes.set_ylabel("to surface [m]" if point else "centers apart [m]")
         others.append(("would touch", Patch(color=palette.OBSTACLE, alpha=0.45, linewidth=0)))
     else:
         beyond = (distance - safe).min(axis=2)
+        window = min(0.0, float(beyond.min())) - 0.2, _window(beyond, 3.0 * float(safe.max()) + 1.0)
+        robot_curves(grid[0], trace, beyond, ylabel="beyond [m]", ylim=window)
         grid[0].set_title(f"Beyond the safe distance of the nearest of {obstacles} obstacles")
-        draw_curves(grid[0], time, beyond, colors, lost=lost(trace))
-        grid[0].set_ylim(min(0.0, float(beyond.min())) - 0.2, _window(beyond, 3.0 * float(safe.max()) + 1.0))
         limit_line(grid[0], 0.0, "", palette.CONTACT)
-        grid[0].set_ylabel("beyond [m]")
     lanes(grid[-1], time, trace["avoidance_active"].values > 0, "Avoidance active")
     timeline(grid, time)
     name_robots(figure, grid, count, [*others, *curve_keys(count, ""), *lost_keys(trace)])
@@ -72,15 +68,14 @@ def clearances(figure: Figure, trace: Recorded) -> None:
     heights = [2.0] * rows + [lanes_height(count)]
     grid = np.atleast_1d(figure.subplots(rows + 1, 1, sharex=True, height_ratios=heights))
     for axes, (whom, space) in zip(grid, free.items(), strict=False):
-        axes.set_title(f"Clearance to {whom}")
-        draw_curves(axes, time, space, palette.robot_colors(count), lowest=True, lost=lost(trace))
         top = _window(space, 4.0 * float(kept_radius(trace).max()))
-        axes.set_ylim(min(0.0, float(space.min())) - 0.03 * top, top)
+        window = min(0.0, float(space.min())) - 0.03 * top, top
+        labels = {"title": f"Clearance to {whom}", "ylabel": "surfaces apart [m]", "ylim": window}
+        robot_curves(axes, trace, space, lowest=True, **labels)
         limit_line(axes, 0.0, "contact", palette.CONTACT)
-        axes.set_ylabel("surfaces apart [m]")
     if pushed:
         axes, touches = grid[len(free)], _touches(trace)
-        axes.set_title("Contacts: mean force (the area is the impulse) and peaks")
+        axes.set(title="Contacts: mean force (the area is the impulse) and peaks", ylabel="force [N]")
         start, lasts, impulse, when, force = (
             touches[f"episode_{name}"].values
             for name in ("start", "touch_time", "impulse", "peak_time", "peak_force")
@@ -89,7 +84,6 @@ def clearances(figure: Figure, trace: Recorded) -> None:
         axes.vlines(when, 0.0, force, color=palette.CONTACT, linewidth=0.8)
         axes.plot(when, force, ".", color=palette.CONTACT, ms=5)
         axes.set_ylim(0.0, 1.1 * max(float(force.max()), 1e-3))
-        axes.set_ylabel("force [N]")
     lanes(grid[-1], time, trace["avoidance_active"].values > 0, "Avoidance active")
     timeline(grid, time)
     name_robots(figure, grid, count, [*curve_keys(count, ""), *lost_keys(trace)])

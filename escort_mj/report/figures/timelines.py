@@ -25,6 +25,7 @@ from escort_mj.report.figures.drawing.curves import (
     draw_curves,
     limit_line,
     log_scale,
+    robot_curves,
     running_mean,
     running_rms,
     timeline,
@@ -64,19 +65,19 @@ def panels(figure: Figure, trace: Recorded) -> None:
     if escorts(trace):
         _above_and_below(grid[:2, 0], time, distance, radius, colors, "(a) Distance to the target", "R", gone)
     elif "goal" in trace:
-        _to_goal(grid[:2, 0], time, goal_distance(trace), colors, gone)
+        _to_goal(grid[:2, 0], trace)
     else:
         for axes in grid[:2, 0]:
             axes.set_axis_off()
     if gone.any():
-        _nearest_robot(grid[0, 1], trace, colors)
+        _nearest_robot(grid[0, 1], trace)
         _evenness(grid[1, 1], trace)
         ends = ends[:0]
     elif len(ends):
         pairs, name = _edge_colors(ends, colors), "(b) Distance between neighbors"
         _above_and_below(grid[:2, 1], time, edges, spacing, pairs, name, "ℓ")
     else:
-        _nearest_robot(grid[0, 1], trace, colors)
+        _nearest_robot(grid[0, 1], trace)
         grid[1, 1].set_axis_off()
     for axes, name, title, unit in (
         (grid[2, 0], "e", "(c) Position tracking error |e|", "m"),
@@ -89,8 +90,7 @@ def panels(figure: Figure, trace: Recorded) -> None:
             continue
         error = np.linalg.norm(trace[name].values, axis=2)
         error[1:][gone[:-1]] = np.nan  # a lost robot is not asked to follow
-        draw_curves(axes, time, error, colors, running_rms, lost=gone)
-        axes.set_ylabel(f"error [{unit}]")
+        robot_curves(axes, trace, error, running_rms, ylabel=f"error [{unit}]")
         log_scale(axes)
     for axes in grid[2] if not narrow(figure) else grid[2, 1:]:
         axes.set_xlabel("time [s]")
@@ -122,7 +122,6 @@ def _above_and_below(
 ) -> None:
     """Distances as they are, and below how far they are from the wanted ones, down to millimeters."""
     above, below = pair
-    above.set_title(title)
     draw_curves(above, time, values, colors, lost=gone)
     lines = np.unique(np.round(wanted, 3))
     if wanted.ndim > 1 and (wanted != wanted[:1]).any():  # they change
@@ -130,8 +129,7 @@ def _above_and_below(
         lines = np.zeros(0)
     for value in lines if len(lines) <= MOST_LIMITS else [float(np.median(wanted))]:
         limit_line(above, float(value), f"{symbol} = {value:.4g} m")
-    above.set_ylabel("distance [m]")
-    above.set_ylim(bottom=0.0)
+    above.set(title=title, ylabel="distance [m]", ylim=(0.0, None))
     if gone is not None and gone.any():
         above.set_ylim(top=1.4 * float(values[~gone].max()))
     draw_curves(below, time, np.abs(values - wanted), colors, running_rms, lost=gone)
@@ -139,28 +137,22 @@ def _above_and_below(
     log_scale(below)
 
 
-def _to_goal(
-    pair: NDArray[np.object_], time: Array, distance: Array, colors: Sequence[Any], gone: Flags
-) -> None:
+def _to_goal(pair: NDArray[np.object_], trace: Recorded) -> None:
     """Distances to goals as they are, and below down to millimeters."""
     above, below = pair
-    above.set_title("(a) Distance to the goal")
     for axes in pair:
-        draw_curves(axes, time, distance, colors, lost=gone)
-        axes.set_ylabel("distance [m]")
-    above.set_ylim(bottom=0.0)
+        robot_curves(axes, trace, goal_distance(trace), ylabel="distance [m]")
+    above.set(title="(a) Distance to the goal", ylim=(0.0, None))
     log_scale(below)
 
 
-def _nearest_robot(axes: Axes, trace: Recorded, colors: Sequence[palette.Color]) -> None:
+def _nearest_robot(axes: Axes, trace: Recorded) -> None:
     """What stands in for neighbors where the mission has no formation."""
     if "robot_distance_min" not in trace:
         axes.set_axis_off()
         return
-    axes.set_title("(b) Distance to the nearest robot")
     distance, gone = trace["robot_distance_min"].values, lost(trace)
-    draw_curves(axes, trace["time"].values, distance, colors, lost=gone)
-    axes.set_ylabel("distance [m]")
+    robot_curves(axes, trace, distance, title="(b) Distance to the nearest robot", ylabel="distance [m]")
     axes.set_ylim(0.0, 1.4 * float(distance[~gone].max()) if gone.any() else None)
 
 
@@ -188,12 +180,10 @@ def forces(figure: Figure, trace: Recorded) -> None:
     grid = np.atleast_1d(figure.subplots(trace.sizes["axis"], 1, sharex=True, sharey=True))
     for place, (axes, name) in enumerate(zip(grid, trace["axis"].values, strict=True)):
         values = trace["force"].values[:, :, place]
-        draw_curves(axes, time, values, palette.robot_colors(count), running_mean, lost=lost(trace))
+        robot_curves(axes, trace, values, running_mean, title=f"Force along {name}", ylabel="force [N]")
         for limit in limits[:3]:
             limit_line(axes, float(limit), f"{limit:.4g} N")
             limit_line(axes, -float(limit), f"−{limit:.4g} N")  # noqa: RUF001
-        axes.set_title(f"Force along {name}")
-        axes.set_ylabel("force [N]")
         peak = float(limits.max()) if len(limits) else _usual_peak(trace["force"].values)
         if peak > 0.0:
             axes.set_ylim(-1.08 * peak, 1.08 * peak)

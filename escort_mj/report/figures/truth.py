@@ -13,11 +13,11 @@ from matplotlib.ticker import MaxNLocator
 from escort_mj import palette
 from escort_mj.record.recording import Recorded
 from escort_mj.report.figures.drawing.curves import (
-    SECOND,
+    DASHED,
+    beside_curves,
     curve_keys,
-    dashed_curves,
-    draw_curves,
     log_scale,
+    robot_curves,
     running_mean,
     running_rms,
     thin,
@@ -26,11 +26,7 @@ from escort_mj.report.figures.drawing.curves import (
 from escort_mj.report.figures.drawing.style import Key, name_robots
 
 PLAYS_A_PART = 1e-9  # share of the largest cause; a smaller one is rounding
-REFERENCE: Any = {
-    "linewidth": 0.6,
-    "alpha": 0.8,
-    "zorder": 1.9,
-}  # noise makes it jump: it stands behind the others
+REFERENCE: Any = {"linewidth": 0.6, "alpha": 0.8, "zorder": 1.9}  # behind the others: noise makes it jump
 LEGEND_ROOM = 0.35  # of the panel of causes, above its curves
 
 
@@ -41,68 +37,57 @@ def truth_height(trace: Recorded, width: float) -> float:
 
 def truth(figure: Figure, trace: Recorded) -> None:
     """Bounds of the mass matrix, reference torque beside its estimate, V1, and why V1 changes."""
-    time, count = trace["time"].values, trace.sizes["robot"]
-    colors = palette.robot_colors(count)
     rows = [["mass", "torque"]]
     if "lyapunov" in trace:
         rows += [["value", "value"], ["causes", "causes"]]
     panels = figure.subplot_mosaic(cast(Any, rows), sharex=True, height_ratios=[1.0, 1.0, 1.25][: len(rows)])
-    _masses(panels["mass"], trace, colors)
-    _torques(panels["torque"], trace, colors)
+    _masses(panels["mass"], trace)
+    _torques(panels["torque"], trace)
     if "lyapunov" in trace:
-        axes = panels["value"]
-        draw_curves(axes, time, trace["lyapunov"].values, colors, running_mean)
-        axes.set_title("(c) Each robot's share of the Lyapunov function V1")
-        axes.set_ylabel("J")
-        log_scale(axes)
+        title = "(c) Each robot's share of the Lyapunov function V1"
+        value = trace["lyapunov"].values
+        robot_curves(panels["value"], trace, value, running_mean, gray_lost=False, title=title, ylabel="J")
+        log_scale(panels["value"])
         _causes(panels["causes"], trace)
-    timeline(panels.values(), time)
+    timeline(panels.values(), trace["time"].values)
     for name in {*rows[0], *rows[-1]}:  # those above others are narrower
         panels[name].tick_params(labelbottom=True)
         panels[name].set_xlabel("time [s]")
     grey: dict[str, Any] = {"color": "#777777", "linewidth": 1.3}
+    count = trace.sizes["robot"]
     keys: list[Key] = [
-        ("largest eigenvalue, estimate", Line2D([], [], linestyle=SECOND, **grey)),
+        ("largest eigenvalue, estimate", Line2D([], [], linestyle=DASHED["linestyle"], **grey)),
         ("least eigenvalue, true torque", Line2D([], [], **grey)),
     ]
     keys += curve_keys(count, "running rms (b), mean (c)")
     name_robots(figure, panels.values(), count, keys)
 
 
-def _masses(axes: Axes, trace: Recorded, colors: list[palette.Color]) -> None:
+def _masses(axes: Axes, trace: Recorded) -> None:
     """Least and largest eigenvalue of each robot's mass matrix, and what its differences say."""
     eigenvalues = np.linalg.eigvalsh(trace["mass_matrix"].values)
-    draw_curves(axes, trace["time"].values, eigenvalues[..., 0], colors)
-    dashed_curves(axes, trace["time"].values, eigenvalues[..., -1], colors)
-    axes.set_title("(a) Mass matrix: eigenvalues")
-    axes.set_ylabel("kg")
-    axes.set_ylim(0.0, 1.6 * float(eigenvalues.max()))
+    robot_curves(axes, trace, eigenvalues[..., 0], gray_lost=False)
+    beside_curves(axes, trace, eigenvalues[..., -1], **DASHED)
+    axes.set(title="(a) Mass matrix: eigenvalues", ylabel="kg", ylim=(0.0, 1.6 * float(eigenvalues.max())))
     axes.yaxis.set_major_locator(MaxNLocator(5))
     skew, coriolis = (float(trace[name].values.max()) for name in ("skew_residual", "coriolis_residual"))
     words = f"Ṁ - 2C: symmetric part ≤ {skew:.1g} kg/s\nCv + g: off MuJoCo's bias by ≤ {coriolis:.1g} N"
     axes.text(0.03, 0.96, words, transform=axes.transAxes, va="top", fontsize="small")
 
 
-def _torques(axes: Axes, trace: Recorded, colors: list[palette.Color]) -> None:
+def _torques(axes: Axes, trace: Recorded) -> None:
     """The true reference torque's size beside its estimate's."""
-    draw_curves(
-        axes,
-        trace["time"].values,
-        np.linalg.norm(trace["reference_torque"].values, axis=2),
-        colors,
-        running_rms,
-    )
-    dashed_curves(axes, trace["time"].values, np.linalg.norm(trace["rho_hat"].values, axis=2), colors)
-    axes.set_title("(b) Reference torque |ρ|")
-    axes.set_ylabel("N")
+    true, estimate = (np.linalg.norm(trace[name].values, axis=2) for name in ("reference_torque", "rho_hat"))
+    labels = {"title": "(b) Reference torque |ρ|", "ylabel": "N"}
+    robot_curves(axes, trace, true, running_rms, gray_lost=False, **labels)
+    beside_curves(axes, trace, estimate, **DASHED)
     log_scale(axes)
 
 
 def _causes(axes: Axes, trace: Recorded) -> None:
     """How fast each cause changes the whole team's V1; those that play no part are left out."""
     time, total = trace["time"].values, trace["lyapunov_change"].values.sum(axis=1)
-    axes.set_title("(d) Rate of the team's V1 by cause (absolute; in brackets: total)")
-    axes.set_ylabel("W")
+    axes.set(title="(d) Rate of the team's V1 by cause (absolute; in brackets: total)", ylabel="W")
     if len(time) < 2:
         return
     size = float(np.abs(total).max(initial=0.0))

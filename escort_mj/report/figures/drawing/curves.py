@@ -13,7 +13,9 @@ from matplotlib.ticker import LogFormatterSciNotation, LogLocator, NullFormatter
 from numpy.typing import NDArray
 
 from escort_mj import palette
+from escort_mj.metrics.reading import lost
 from escort_mj.palette import LOST
+from escort_mj.record.recording import Recorded
 from escort_mj.report.figures.drawing.style import Key
 
 Array = NDArray[np.float64]
@@ -23,7 +25,7 @@ BINS = 1200  # points across a panel; more cannot be seen
 AVERAGED = 1.0  # window of a running average [s]; less in a short run
 BOUND: Any = (0, (4, 2))
 TWIN: Any = (0, (4, 4))  # of the second color over the first
-SECOND: Any = (0, (3, 1.5))  # of what stands beside a robot's curve, in its color
+DASHED: Any = {"linestyle": (0, (3, 1.5)), "linewidth": 0.9}  # of what stands beside a robot's curve
 CROWD = palette.from_hex("0072B2")
 ALL, NINE_TENTHS = 0.18, 0.35  # opacity of the bands of a crowd
 FAINT = 0.5  # width of a line that stands behind its own average
@@ -76,12 +78,39 @@ def draw_curves(
             axes.plot(x, y, color=other, linewidth=width, linestyle=TWIN, **style)
 
 
-def dashed_curves(axes: Axes, time: Array, values: Array, colors: Sequence[palette.Color]) -> None:
-    """One dashed curve per column beside those that are there, shape (T, curves); of a crowd the median."""
+def robot_curves(
+    axes: Axes,
+    trace: Recorded,
+    values: Array,
+    average: Callable[[Array, Array], Array] | None = None,
+    lowest: bool = False,
+    gray_lost: bool = True,
+    **labels: Any,
+) -> None:
+    """Draw a curve for each robot, and label the panel.
+
+    Args:
+        axes: Where to draw.
+        trace: Of the run.
+        values: Shape (T, n).
+        average: As of `draw_curves`.
+        lowest: As of `draw_curves`.
+        gray_lost: Whether curves are gray and faint from where the team has lost a robot.
+        labels: As for `Axes.set`: `title`, `ylabel`, `ylim`.
+    """
+    colors = palette.robot_colors(trace.sizes["robot"])
+    gone = lost(trace) if gray_lost else None
+    draw_curves(axes, trace["time"].values, values, colors, average, lowest, gone)
+    axes.set(**labels)
+
+
+def beside_curves(axes: Axes, trace: Recorded, values: Array, **look: Any) -> None:
+    """Draw a second curve for each robot in this look, shape (T, n); of a crowd the median."""
+    colors: Sequence[palette.Color] = palette.robot_colors(trace.sizes["robot"])
     if len(colors) > palette.MOST_LINES:
         values, colors = np.median(values, axis=1, keepdims=True), [palette.LIMIT]
     for column, color in enumerate(colors):
-        axes.plot(*thin(time, values[:, column]), color=color, linestyle=SECOND, linewidth=0.9)
+        axes.plot(*thin(trace["time"].values, values[:, column]), color=color, **look)
 
 
 def lanes(axes: Axes, time: Array, values: Array | Flags, title: str) -> None:
