@@ -11,7 +11,7 @@ import escort_mj
 from benchmarks.bare import against_bare
 from benchmarks.crowds import crowd
 from benchmarks.document import grid, measure_page, swept, table
-from escort_mj.study.sweeps.statistics import summary
+from escort_mj.study.sweeps.statistics import Summary
 
 if TYPE_CHECKING:
     import pandas
@@ -111,7 +111,7 @@ def radio() -> Iterator[list[str]]:
     """Tail errors of the radius by range, delay and loss: median and interval [mm], and what fails."""
 
     def cell(runs: pandas.DataFrame) -> str:
-        found = summary(1e3 * runs["radius_error_mean_after_45"])
+        found = Summary(1e3 * runs["radius_error_mean_after_45"])
         low, high = found.median_interval
         told = f"{found.median:.2g} ({low:.2g} to {high:.2g})"
         passed = int(runs["passed"].sum())

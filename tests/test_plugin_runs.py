@@ -11,7 +11,7 @@ from escort_mj.cli.app import BROKEN
 from escort_mj.mission.batch import fly_many
 from escort_mj.record.folder import read_run
 from escort_mj.record.outcome import Outcome
-from escort_mj.study.sweeps.rerun import rerun_folder, rerun_lines
+from escort_mj.study.sweeps.rerun import agreement_lines, rerun_folder
 from tests.plugged import COMPILED, LAW, SCENARIO
 
 SIGNALS = ("q", "tau", "rho_hat")
@@ -128,9 +128,9 @@ class TestRecords:
         file.write_text(LAW.replace("= 30.0", "= 3.0"))
         found = rerun_folder(tmp_path / "run")
         assert found.same_bits
-        assert "own_law.py: has changed since" in "\n".join(rerun_lines(found))
+        assert "own_law.py: has changed since" in "\n".join(agreement_lines(found))
         file.unlink()
-        assert "is no longer at" in "\n".join(rerun_lines(rerun_folder(tmp_path / "run")))
+        assert "is no longer at" in "\n".join(agreement_lines(rerun_folder(tmp_path / "run")))
 
 
 def test_a_study_runs_them_in_worker_processes_and_knows_their_content(compiled, folder, tmp_path):

@@ -300,6 +300,7 @@ def reproduce(
     """
     from escort_mj.errors import UsageError
     from escort_mj.report.pages.study_page import PAGE, write_study_page
+    from escort_mj.study.sweeps.design import cells_where
     from escort_mj.study.sweeps.judged import FILES, judge_cells, judged_lines
     from escort_mj.study.sweeps.sweep import TABLE, sweep_line
 
@@ -314,10 +315,8 @@ def reproduce(
         raise UsageError(
             f"--only {', '.join(unknown)}: there is no such figure; those of the paper are 5 to 17"
         )
-    cells = (
-        None if not names else {index for name in names for index in design.cells_where(known[name].where)}
-    )
-    done, results, ended = _run_all(laid_out, "reproducing", progress, again, cells)
+    chosen = {index for name in names for index in cells_where(design.cells, known[name].where)}
+    done, results, ended = _run_all(laid_out, "reproducing", progress, again, chosen or None)
     with stopping.keeping(lambda: kept_words(folder)):
         write_study_page(folder, formats=("png",))
     claims = judge_cells(results)

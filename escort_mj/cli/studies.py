@@ -109,11 +109,11 @@ def rerun_command(run_folder: RunFolder, out: Path | None = None, tolerance: Not
         out: Run folder for the repeated run; None for none.
         tolerance: Relative tolerance for metrics.
     """
-    from escort_mj.study.sweeps.rerun import rerun_folder, rerun_lines
+    from escort_mj.study.sweeps.rerun import agreement_lines, rerun_folder
 
     with progress_bar("simulating", " s") as progress:
         found = rerun_folder(run_folder, out, tolerance, progress)
-    return _compared(found, rerun_lines(found))
+    return _compared(found, agreement_lines(found))
 
 
 @command("diff")
@@ -127,10 +127,10 @@ def diff_command(first: RunFolder, second: RunFolder, tolerance: NotNegative = 1
     Args:
         tolerance: Relative tolerance for metrics.
     """
-    from escort_mj.study.sweeps.rerun import diff_folders, diff_lines
+    from escort_mj.study.sweeps.rerun import agreement_lines, diff_folders
 
     found = diff_folders(first, second, tolerance)
-    return _compared(found, diff_lines(found))
+    return _compared(found, agreement_lines(found, "first", "second"))
 
 
 def _compared(found: Agreement, lines: list[str]) -> Answer:

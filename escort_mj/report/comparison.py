@@ -23,7 +23,7 @@ from escort_mj.report.figures.drawing.style import FAILED, figure, rows_of_cells
 from escort_mj.study.compare.compare import LAW, LAWS, LOOP, title_of
 from escort_mj.study.sweeps.quantities import COMPLETED, value_text
 from escort_mj.study.sweeps.results import Results
-from escort_mj.study.sweeps.statistics import LEVEL, Spread, counted
+from escort_mj.study.sweeps.statistics import LEVEL, Summary, counted
 
 BRIEF = (
     "settling_time",
@@ -39,7 +39,7 @@ BAR = 0.19  # inches of height
 MILLI = 1000.0
 
 
-def spread_text(spread: Spread, unit: str, share: bool = False) -> str:
+def spread_text(spread: Summary, unit: str, share: bool = False) -> str:
     """Mean, standard deviation, and how often never, for people; a share in percent."""
     never = f"never in {spread.never} of {spread.known}" if spread.never else ""
     if math.isnan(spread.mean):
@@ -96,7 +96,7 @@ def comparison(results: Results) -> Comparison:
     columns = {}
     for name in names:
         unit, share = results.quantities[name].unit, name.startswith("saturated_share")
-        texts = [spread_text(results.spread(name, index), unit, share) for index in cells]
+        texts = [spread_text(results.summary(name, index), unit, share) for index in cells]
         if name in told:
             texts[told[name][0]] = f"**{texts[told[name][0]]}**"
         columns[name] = texts
@@ -203,7 +203,7 @@ def document_of(found: Comparison) -> dict[str, Any]:
             about
             | {"completed": int(results.of_cell(COMPLETED, index).sum())}
             | {"of": len(results.of_cell(COMPLETED, index))}
-            | {"values": {name: _plain(results.spread(name, index)) for name in found.columns}}
+            | {"values": {name: _plain(results.summary(name, index)) for name in found.columns}}
             for index, about in enumerate(named)
         ],
         "runs": [
@@ -216,8 +216,9 @@ def document_of(found: Comparison) -> dict[str, Any]:
     }
 
 
-def _plain(spread: Spread) -> dict[str, Any]:
-    return spread._asdict() | {"mean": None if math.isnan(spread.mean) else spread.mean}
+def _plain(found: Summary) -> dict[str, Any]:
+    mean = None if math.isnan(found.mean) else found.mean
+    return {"mean": mean, "deviation": found.deviation, "never": found.never, "known": found.known}
 
 
 def write_comparison(results: Results, folder: Path) -> tuple[list[str], list[str]]:
@@ -276,7 +277,7 @@ def _bars(axes: Axes, name: str, found: Comparison) -> None:
     """One quantity; what has no value says why."""
     results, colors = found.results, _colors(found.results)
     unit = results.quantities[name].unit
-    spreads = [results.spread(name, index) for index in range(len(found.title))]
+    spreads = [results.summary(name, index) for index in range(len(found.title))]
     sizes = [abs(spread.mean) for spread in spreads if not math.isnan(spread.mean)]
     small = unit in ("m", "m/s") and max(sizes, default=1.0) < 1.0
     scale = MILLI if small else 1.0

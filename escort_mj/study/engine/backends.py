@@ -10,6 +10,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable, Generator, Iterable, Iterator
 from contextlib import ExitStack, contextmanager
+from functools import partial
 from typing import Any, TypeVar
 
 from escort_mj.errors import UsageError
@@ -88,16 +89,7 @@ def dask(workers: int, address: str | None = None) -> Iterator[Backend[Any, Any]
             raise UsageError(f"--backend dask: no cluster answers at {where}: {error}") from None
         if kill is not None:  # before the client asks a busy scheduler for leave to go
             stack.push(lambda kind, *_: kill() if kind is not None else None)
-        yield _jobs_for(client, workers)
-
-
-def _jobs_for(client: Any, workers: int) -> Backend[Any, Any]:
-    """A backend of a cluster."""
-
-    def compute(function: Callable[[Job], Result], jobs: Iterable[Job]) -> Results[Job, Result]:
-        yield from _as_they_come(client, workers, function, jobs)
-
-    return compute
+        yield partial(_as_they_come, client, workers)
 
 
 def _as_they_come(

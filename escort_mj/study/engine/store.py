@@ -122,12 +122,11 @@ class Store:
                 run(RUNS)
                 run(CLAIMS)
                 have = {row[1] for row in run("PRAGMA table_info(runs)")}
-                for name in METRIC_NAMES:
+                for name, kind in (
+                    dict.fromkeys(METRIC_NAMES, "REAL") | {CUSTOM: "TEXT", FAULTS: "TEXT"}
+                ).items():
                     if name not in have:
-                        run(f"ALTER TABLE runs ADD COLUMN {quoted(name)} REAL")
-                for name in (CUSTOM, FAULTS):
-                    if name not in have:
-                        run(f"ALTER TABLE runs ADD COLUMN {name} TEXT")
+                        run(f"ALTER TABLE runs ADD COLUMN {quoted(name)} {kind}")
                 run(f"PRAGMA user_version = {FORMAT}")
         except WriteError:
             raise

@@ -154,6 +154,4 @@ def number_text(value: float | None) -> str:
 def mean_of(rows: Sequence[Row], metric: str) -> float:
     """Mean of a metric over runs; not a number where a run has none."""
     values = [row.metrics.get(metric) for row in rows]
-    return (
-        math.nan if any(v is None for v in values) else sum(v for v in values if v is not None) / len(values)
-    )
+    return sum(math.nan if value is None else value for value in values) / len(values)

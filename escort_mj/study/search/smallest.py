@@ -120,7 +120,7 @@ class _Search:
             first = run.verdicts[0]  # how it ended
         self.broken, self.moment, self.small = first.title, first.time, scenario
         self.valued = first.value is not None
-        self.data = _plain(scenario)
+        self.data: dict[str, Any] = copy.deepcopy(differing(scenario))  # what it has beside its defaults
         if first.expectation is not None:
             self._try(self.data | {"expect": [self.data["expect"][first.expectation]]})
 
@@ -135,9 +135,8 @@ class _Search:
     def place_robots(self) -> None:
         """Write starts that are drawn as positions, so that single robots can be left out."""
         if self.small.robots.positions is None:
-            robots = {key: one for key, one in self.data.get("robots", {}).items()}
-            robots.pop("placement", None)
-            robots.pop("count", None)
+            drawn = ("placement", "count")
+            robots = {key: one for key, one in self.data.get("robots", {}).items() if key not in drawn}
             self._try(self.data | {"robots": robots | {"positions": team(self.small).position.tolist()}})
 
     def leave_out(self) -> None:
@@ -180,11 +179,6 @@ class _Search:
         self.runs += 1
         self.progress(self.runs, self.most)
         return fly(scenario)
-
-
-def _plain(scenario: Scenario) -> dict[str, Any]:
-    """What a scenario has beside its defaults, in lists and tables of its own."""
-    return dict(copy.deepcopy(differing(scenario)))
 
 
 def _paths(data: Any, path: KeyPath = ()) -> Iterator[KeyPath]:

@@ -235,11 +235,11 @@ def _findings(study: Study) -> list[Finding]:
         if isinstance(levels, Range):
             found += levels.findings(("vary", key))
         elif isinstance(levels, tuple):
-            again = next((place for place, value in enumerate(levels) if _among(value, levels[:place])), None)
-            if again is not None:
-                found.append(
-                    Finding(("vary", key, again), f"found {shown(levels[again])} again; one cell is enough")
-                )
+            for place, value in enumerate(levels):
+                if any(_same(value, other) for other in levels[:place]):
+                    words = f"found {shown(value)} again; one cell is enough"
+                    found.append(Finding(("vary", key, place), words))
+                    break
     cases = list(study.cases.items())
     for place, (name, case) in enumerate(cases):
         equal = next((other for other, its in cases[:place] if _same(case, its)), None)
@@ -270,11 +270,6 @@ def _expectation_findings(study: Study) -> Iterator[Finding]:
     if study.figures and study.traces == "none":
         words = "found none; figures of runs need those that are kept: failed or all"
         yield Finding(("traces",), words)
-
-
-def _among(value: Any, others: Sequence[Any]) -> bool:
-    """Whether a value is one of others."""
-    return any(_same(value, other) for other in others)
 
 
 def _same(one: Any, other: Any) -> bool:

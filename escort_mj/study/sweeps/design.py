@@ -154,8 +154,14 @@ class Design:
         return _with_seed(self._digest(cell), seed)
 
     def _digest(self, cell: Cell) -> hashlib._Hash:
+        """Digest of a cell's scenario, but for its seed, and of all else that its runs depend on."""
         template = self.template_of(cell)
-        digest = _digest(template.overridden(cell.settings), Path(template.source).parent)
+        data = {key: value for key, value in template.overridden(cell.settings).items() if key != "seed"}
+        if data.get("plugins"):  # their content counts, not where they are
+            kind, _ = resolve_plugins(data, Path(template.source).parent)
+            data["plugins"] = [plugin.source.sha256 for plugin in catalog_of(kind).plugins]
+        text = json.dumps([_versions(), sources_digest(), data], sort_keys=True, default=str)
+        digest = hashlib.sha256(text.encode())
         if measured := self.measured():
             digest.update(json.dumps(measured).encode())
         return digest
@@ -221,10 +227,6 @@ class Design:
                 words = f"found tail; {one.metric} is a moment of the run, looked for in all of it"
                 yield self.file.fault(words, *path, "over")
 
-    def cells_where(self, where: Mapping[str, Any]) -> list[int]:
-        """Numbers of cells, see `cells_where`."""
-        return cells_where(self.cells, where)
-
     def _level_faults(self) -> Iterator[Fault]:
         """Factors and levels by which expectations and figures choose cells, and that do not exist."""
         study, sound = self.study, True
@@ -252,7 +254,7 @@ class Design:
             words, sound = f"found {shortened(study.apart)}; this study varies {varied}", False
             yield self.file.fault(words, "apart")
         for place, shown in enumerate(study.figures):
-            count = len(self.cells_where(shown.where))
+            count = len(cells_where(self.cells, shown.where))
             if sound and not 0 < count <= MOST_BESIDE:
                 words = f"chooses {count} cells; a figure has room for 1 to {MOST_BESIDE}"
                 yield self.file.fault(words, "figures", place, "where")
@@ -323,16 +325,6 @@ class Design:
         case = cell.labels.get(CASE, "")
         own = ("cases", case, SCENARIO) if SCENARIO in self.study.cases.get(case, {}) else (SCENARIO,)
         return self.file.fault(f"with {words}: {message}" if words else message, *own)
-
-
-def _digest(data: Mapping[str, Any], folder: Path) -> hashlib._Hash:
-    """Digest of a run's scenario, but for its seed, and of the versions that take part."""
-    data = {key: value for key, value in data.items() if key != "seed"}
-    if data.get("plugins"):  # their content counts, not where they are
-        kind, _ = resolve_plugins(data, folder)
-        data["plugins"] = [plugin.source.sha256 for plugin in catalog_of(kind).plugins]
-    text = json.dumps([_versions(), sources_digest(), data], sort_keys=True, default=str)
-    return hashlib.sha256(text.encode())
 
 
 def _with_seed(digest: hashlib._Hash, seed: int) -> str:

@@ -11,6 +11,7 @@ from typing import NamedTuple
 from escort_mj.files import write_json, write_text
 from escort_mj.record.tables import markdown
 from escort_mj.record.window import WORDS
+from escort_mj.study.sweeps.design import cells_where
 from escort_mj.study.sweeps.expected import Better, CellBound, CellsExpectation
 from escort_mj.study.sweeps.quantities import COMPLETED, Quantity, value_text
 from escort_mj.study.sweeps.results import Results
@@ -127,7 +128,7 @@ def _title(quantity: Quantity) -> str:
 
 def _answer(results: Results, one: CellsExpectation, level: str) -> Answer:
     """Whether a claim holds in one level."""
-    cells = results.cells_where(one.where)
+    cells = cells_where(results.cells, one.where)
     if results.apart:
         cells = [index for index in cells if results.labels(index)[results.apart] == level]
     if not cells:
@@ -203,7 +204,7 @@ def _pairs(results: Results, index: int, other: int, better: Better) -> str:
 def _other(results: Results, index: int, better: Better) -> int:
     """The cell with which a cell is compared."""
     labels = results.cells[index].labels | better.than
-    return results.cells_where(labels)[0]
+    return cells_where(results.cells, labels)[0]
 
 
 def _value(results: Results, name: str, index: int) -> float:

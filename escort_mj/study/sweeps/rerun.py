@@ -298,18 +298,8 @@ def _gap(a: float | None, b: float | None) -> float:
     return abs(a - b) / max(abs(a), abs(b)) if abs(a - b) > NEGLIGIBLE else 0.0
 
 
-def rerun_lines(found: Agreement) -> list[str]:
-    """What is to be said of a run made again, for a terminal."""
-    return _lines(found, "then", "now")
-
-
-def diff_lines(found: Agreement) -> list[str]:
-    """What is to be said of two runs, for a terminal."""
-    return _lines(found, "first", "second")
-
-
-def _lines(found: Agreement, one: str, other: str) -> list[str]:
-    """What is to be said of two runs, which are called so."""
+def agreement_lines(found: Agreement, one: str = "then", other: str = "now") -> list[str]:
+    """What is to be said of two runs, which are called so, for a terminal."""
     said = [f"  {words}" for words in found.notes]
     said += [f"  other version  {name}: {a or 'none'} {one}, {b or 'none'} {other}"
              for name, (a, b) in found.versions.items()]  # fmt: skip

@@ -22,7 +22,7 @@ from escort_mj.scenario.reader.dump import flow
 from escort_mj.scenario.reader.files.paths import locate
 from escort_mj.study.engine.store import Row, open_store
 from escort_mj.study.sweeps.definition import draws_of
-from escort_mj.study.sweeps.design import CASE, SAMPLE, Cell, Clock, Design, Planned, cells_where, word
+from escort_mj.study.sweeps.design import CASE, SAMPLE, Cell, Clock, Design, Planned, word
 from escort_mj.study.sweeps.expected import CellsExpectation, KeptFigure
 from escort_mj.study.sweeps.quantities import (
     COMPLETED,
@@ -41,14 +41,11 @@ from escort_mj.study.sweeps.statistics import (
     LEVEL,
     Paired,
     Proportion,
-    Spread,
     Summary,
     holm,
     paired,
     pareto,
     proportion_of,
-    spread_of,
-    summary,
 )
 
 Array = NDArray[np.float64]
@@ -240,10 +237,6 @@ class Results:
         """A cell's level of each factor, in words."""
         return {name: factor.levels[self.level_of_cell[name][index]] for name, factor in self.factors.items()}
 
-    def cells_where(self, where: Mapping[str, Any]) -> list[int]:
-        """Numbers of cells, see `design.cells_where`."""
-        return cells_where(self.cells, where)
-
     def rate(self, quantity: str, index: int) -> Proportion:
         """How often something happened in a cell: `passed`, `completed` or `collided`."""
         return proportion_of(self.of_cell(quantity, index))
@@ -256,12 +249,8 @@ class Results:
     def summary(self, quantity: str, index: int) -> Summary:
         """What the runs of a cell say of a quantity."""
         if (quantity, index) not in self._summaries:
-            self._summaries[quantity, index] = summary(self.of_cell(quantity, index))
+            self._summaries[quantity, index] = Summary(self.of_cell(quantity, index))
         return self._summaries[quantity, index]
-
-    def spread(self, quantity: str, index: int) -> Spread:
-        """Mean and standard deviation of a quantity over the runs of a cell."""
-        return spread_of(self.of_cell(quantity, index))
 
     def known(self, quantities: Iterable[str]) -> list[str]:
         """Those quantities of which at least one run has a value."""
@@ -279,7 +268,7 @@ class Results:
 
     def medians(self, quantity: str) -> Array:
         """Median of each cell, shape (cells,); NaN where no run has a value."""
-        return np.array([_median(self.of_cell(quantity, index)) for index in range(len(self.cells))])
+        return np.array([self.summary(quantity, index).median for index in range(len(self.cells))])
 
     def front(self) -> NDArray[np.bool_]:
         """Cells whose medians no other cell beats in safety, precision and effort at once; shape (cells,)."""
@@ -314,11 +303,11 @@ class Results:
         Only those count of which every run completed, and the best never says never.
         """
         sign = -1.0 if self.quantities[quantity].more_is_better else 1.0
-        spreads = [self.spread(quantity, index) for index in range(len(self.cells))]
+        found = [self.summary(quantity, index) for index in range(len(self.cells))]
         able = [
-            (sign * spread.mean, index)
-            for index, spread in enumerate(spreads)
-            if self.completed(index) and spread.known and not spread.never
+            (sign * one.mean, index)
+            for index, one in enumerate(found)
+            if self.completed(index) and one.known and not one.never
         ]
         return min(able)[1] if able else None
 
@@ -347,7 +336,7 @@ class Results:
         values, fine = self.of_cell(quantity, first), self.resolution(quantity)
         found = []
         for index in range(len(self.cells)):
-            if index != first and self.completed(index) and self.spread(quantity, index).known:
+            if index != first and self.completed(index) and self.summary(quantity, index).known:
                 resolution = np.maximum(fine[self.cell == first], fine[self.cell == index])
                 found.append(paired(values, self.of_cell(quantity, index), resolution=resolution))
         if all(one.alike == one.pairs for one in found):
@@ -391,13 +380,11 @@ class Results:
 
     def _pairs(self, factor: Factor) -> list[tuple[dict[int, int], Any]]:
         """Runs that differ in the level of this factor alone: run by level, and the block they belong to."""
-        groups: dict[str, tuple[dict[int, int], Any]] = {}
+        groups: dict[tuple[Any, ...], tuple[dict[int, int], Any]] = {}
+        others = [levels for name, levels in self.levels.items() if name != factor.name]
         for index, run in enumerate(self.runs):
-            labels = self.cells[run.cell].labels
-            same = json.dumps(
-                [{k: v for k, v in labels.items() if k != factor.name}, run.seed], sort_keys=True
-            )
-            block = labels.get(SAMPLE, run.seed)
+            block = self.cells[run.cell].labels.get(SAMPLE, run.seed)
+            same = block, run.seed, *(int(levels[index]) for levels in others)
             groups.setdefault(same, ({}, block))[0][int(self.levels[factor.name][index])] = index
         return list(groups.values())
 
@@ -416,11 +403,6 @@ def spreads_by_factors(numbers: Sequence[float]) -> bool:
     steps = [np.diff(scale) for scale in (np.array(numbers), np.log(numbers))]
     linear, log = (float(step.std() / step.mean()) for step in steps)
     return log < linear
-
-
-def _median(values: Array) -> float:
-    known = values[~np.isnan(values)]
-    return float(np.median(known)) if len(known) else math.nan
 
 
 def record_of(design: Design) -> DesignRecord:

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from functools import cached_property
 from statistics import NormalDist
 from typing import Any, Literal, NamedTuple
 
@@ -54,23 +55,7 @@ class Proportion(NamedTuple):
     interval: Interval
 
 
-class Spread(NamedTuple):
-    """Mean and spread of several runs in one quantity, in its unit.
-
-    Attributes:
-        mean: Of the finite values; NaN of none.
-        deviation: Their standard deviation; 0 of one.
-        never: How many values are infinite.
-        known: How many values there are, those included.
-    """
-
-    mean: float
-    deviation: float
-    never: int
-    known: int
-
-
-class Summary(NamedTuple):
+class Summary:
     """What several runs say of one quantity, in its unit.
 
     Attributes:
@@ -78,18 +63,32 @@ class Summary(NamedTuple):
         known: How many have a value, never included.
         never: How many of these say never.
         mean: Of the finite values; NaN of none.
-        mean_interval: Of the mean of the finite values; NaN of fewer than two.
+        deviation: Standard deviation of the finite values; 0 of fewer than two.
         median: Of all values, never included; NaN of none.
-        median_interval: Of the median; NaN of fewer than two values.
     """
 
-    runs: int
-    known: int
-    never: int
-    mean: float
-    mean_interval: Interval
-    median: float
-    median_interval: Interval
+    def __init__(self, values: ArrayLike) -> None:
+        """Sum up runs.
+
+        Args:
+            values: One per run, infinite for never, NaN for missing; shape (runs,).
+        """
+        self._known = known = _known(values)
+        self._finite = finite = known[np.isfinite(known)]
+        self.runs, self.known, self.never = np.size(values), len(known), len(known) - len(finite)
+        self.mean = float(finite.mean()) if len(finite) else math.nan
+        self.deviation = float(finite.std(ddof=1)) if len(finite) > 1 else 0.0
+        self.median = float(np.median(known)) if len(known) else math.nan
+
+    @cached_property
+    def mean_interval(self) -> Interval:
+        """Of the mean of the finite values; NaN of fewer than two."""
+        return bootstrap(self._finite, _means)
+
+    @cached_property
+    def median_interval(self) -> Interval:
+        """Of the median; NaN of fewer than two values."""
+        return bootstrap(self._known, _medians)
 
 
 class Paired(NamedTuple):
@@ -149,39 +148,6 @@ def proportion_of(happened: ArrayLike, method: Literal["exact", "wilson"] = "exa
 
     found = binomtest(count, of).proportion_ci(LEVEL, method=method)
     return Proportion(count, of, count / of, Interval(float(found.low), float(found.high)))
-
-
-def spread_of(values: ArrayLike) -> Spread:
-    """Mean and standard deviation of several runs.
-
-    Args:
-        values: One per run, infinite for never, NaN for missing; shape (runs,).
-    """
-    known = _known(values)
-    finite = known[np.isfinite(known)]
-    mean = float(finite.mean()) if len(finite) else math.nan
-    deviation = float(finite.std(ddof=1)) if len(finite) > 1 else 0.0
-    return Spread(mean, deviation, len(known) - len(finite), len(known))
-
-
-def summary(values: ArrayLike) -> Summary:
-    """What several runs say of one quantity.
-
-    Args:
-        values: One per run, infinite for never, NaN for missing; shape (runs,).
-    """
-    all_runs = np.asarray(values, dtype=np.float64)
-    known = _known(all_runs)
-    finite = known[np.isfinite(known)]
-    return Summary(
-        len(all_runs),
-        len(known),
-        len(known) - len(finite),
-        float(finite.mean()) if len(finite) else math.nan,
-        bootstrap(finite, _means),
-        float(np.median(known)) if len(known) else math.nan,
-        bootstrap(known, _medians),
-    )
 
 
 def bootstrap(values: Array, statistic: Callable[[Array], Array]) -> Interval:

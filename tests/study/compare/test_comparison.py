@@ -34,7 +34,7 @@ from escort_mj.study.compare.laws import controller_of, outer_of
 from escort_mj.study.sweeps.definition import load_study
 from escort_mj.study.sweeps.design import Design
 from escort_mj.study.sweeps.results import Results, record_of
-from escort_mj.study.sweeps.statistics import spread_of
+from escort_mj.study.sweeps.statistics import Summary
 from tests.study.planted import rows
 
 
@@ -126,13 +126,13 @@ def test_every_combination_differs_only_in_what_it_is_named_for(tmp_path):
 
 
 def test_spreads_are_written_for_people():
-    assert spread_text(spread_of([1.05, 3.05]), "s") == "2.05 ± 1.41 s"
-    assert spread_text(spread_of([math.inf, 4.0]), "s") == "4 s, never in 1 of 2"
-    assert spread_text(spread_of([math.inf]), "s") == "never"
-    assert spread_text(spread_of([math.nan]), "s") == "-"
-    assert spread_text(spread_of([0.001, 0.003]), "m") == "2 ± 1 mm"
-    assert spread_text(spread_of([0.25]), "1", share=True) == "25 %"
-    assert spread_text(spread_of([2.0]), "1") == "2"
+    assert spread_text(Summary([1.05, 3.05]), "s") == "2.05 ± 1.41 s"
+    assert spread_text(Summary([math.inf, 4.0]), "s") == "4 s, never in 1 of 2"
+    assert spread_text(Summary([math.inf]), "s") == "never"
+    assert spread_text(Summary([math.nan]), "s") == "-"
+    assert spread_text(Summary([0.001, 0.003]), "m") == "2 ± 1 mm"
+    assert spread_text(Summary([0.25]), "1", share=True) == "25 %"
+    assert spread_text(Summary([2.0]), "1") == "2"
 
 
 def laws_of(found, told):

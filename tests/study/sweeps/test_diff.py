@@ -10,7 +10,7 @@ from escort_mj.environments.simulation import Simulation
 from escort_mj.record.stored import read_run
 from escort_mj.record.trace import save_trace
 from escort_mj.scenario import parse_scenario
-from escort_mj.study.sweeps.rerun import diff_folders, rerun_folder, rerun_lines
+from escort_mj.study.sweeps.rerun import agreement_lines, diff_folders, rerun_folder
 from tests.test_cli import command  # noqa: F401  a fixture: one command in a folder of its own
 
 TEXT = """
@@ -61,7 +61,7 @@ def test_rerun_names_commands(tmp_path, compiled):
     simulation.run().save(tmp_path / "led")
     found = rerun_folder(tmp_path / "led")
     assert not found.same_bits
-    assert any("each robot's velocity was commanded from outside" in line for line in rerun_lines(found))
+    assert any("each robot's velocity was commanded from outside" in line for line in agreement_lines(found))
 
 
 def test_rerun_names_edits_of_files(stored):

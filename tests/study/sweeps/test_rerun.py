@@ -10,7 +10,7 @@ from escort_mj.mission import fly
 from escort_mj.record.folder import RunFolder, read_run
 from escort_mj.record.trace import save_trace
 from escort_mj.scenario import parse_scenario
-from escort_mj.study.sweeps.rerun import rerun_folder, rerun_lines
+from escort_mj.study.sweeps.rerun import agreement_lines, rerun_folder
 
 TEXT = """
 name: five
@@ -40,7 +40,7 @@ def test_the_same_program_gives_the_same_bits(stored, tmp_path):
     assert found.same_bits and found.good
     assert found.versions == {} and found.until == pytest.approx(3.0)
     assert len(found.metrics) > 10 and set(found.gaps.values()) == {0.0}
-    assert rerun_lines(found)[1:] == [f"same bits: {found.signals} signals up to 3 s"]
+    assert agreement_lines(found)[1:] == [f"same bits: {found.signals} signals up to 3 s"]
     assert read_run(tmp_path / "again").scenario_yaml == read_run(stored).scenario_yaml
 
 
@@ -49,8 +49,8 @@ def test_one_changed_bit_is_found_at_its_place_and_time(stored):
     found = rerun_folder(stored)
     assert found.differing == {"tau": pytest.approx(1.5)}
     assert not found.same_bits and found.good and not found.apart
-    assert rerun_lines(found)[1] == f"  other bits in 1 of {found.signals} signals, first in tau at 1.5 s"
-    assert rerun_lines(found)[-1] == f"other bits, same metrics: all {len(found.metrics)} within 0 %"
+    assert agreement_lines(found)[1] == f"  other bits in 1 of {found.signals} signals, first in tau at 1.5 s"
+    assert agreement_lines(found)[-1] == f"other bits, same metrics: all {len(found.metrics)} within 0 %"
 
 
 def test_metrics_agree_within_the_tolerance_and_no_further(stored):
@@ -59,7 +59,7 @@ def test_metrics_agree_within_the_tolerance_and_no_further(stored):
     assert near.good and not near.apart
     assert 1e-5 < near.gaps["tracking_error_rms"] <= 1.001e-3
     assert not far.good and list(far.apart) == ["tracking_error_rms", "tracking_error_max"]
-    assert rerun_lines(far)[-1].startswith(
+    assert agreement_lines(far)[-1].startswith(
         f"other metrics: 2 of {len(far.metrics)} differ, the others within 0 %"
     )
 
@@ -86,7 +86,7 @@ def test_versions_are_named(stored):
     found = rerun_folder(stored)
     assert found.same_bits and set(found.versions) == {"mujoco", "numba"}
     assert found.versions["mujoco"][0] == "3.0.0" and found.versions["numba"][0] == ""
-    assert any(line.startswith("  other version  mujoco: 3.0.0 then, ") for line in rerun_lines(found))
+    assert any(line.startswith("  other version  mujoco: 3.0.0 then, ") for line in agreement_lines(found))
 
 
 def test_a_stopped_run_is_compared_as_far_as_it_came(tmp_path, compiled, monkeypatch):

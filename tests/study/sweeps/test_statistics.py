@@ -12,6 +12,7 @@ from scipy.stats import wilcoxon
 
 from escort_mj.study.sweeps.statistics import (
     LEVEL,
+    Summary,
     _means,
     bootstrap,
     holm,
@@ -19,7 +20,6 @@ from escort_mj.study.sweeps.statistics import (
     pareto,
     proportion_of,
     signed_rank,
-    summary,
 )
 
 NAN, NEVER = math.nan, math.inf
@@ -45,17 +45,17 @@ def test_rates_leave_out_what_is_not_known() -> None:
 
 
 def test_never_is_in_medians_and_not_in_means() -> None:
-    found = summary([1.0, 2.0, 6.0, NEVER, NEVER, NAN])
-    assert found[:4] == (6, 5, 2, 3.0) and found.median == 6.0
+    found = Summary([1.0, 2.0, 6.0, NEVER, NEVER, NAN])
+    assert (found.runs, found.known, found.never, found.mean, found.median) == (6, 5, 2, 3.0, 6.0)
     assert found.median_interval.low == 1.0 and found.median_interval.high == NEVER
     assert 1.0 <= found.mean_interval.low < 3.0 < found.mean_interval.high <= 6.0
-    assert summary([1.0, NEVER, NEVER]).median == NEVER
-    assert math.isnan(summary([NEVER]).mean) and math.isnan(summary([NAN, NAN]).median)
+    assert Summary([1.0, NEVER, NEVER]).median == NEVER
+    assert math.isnan(Summary([NEVER]).mean) and math.isnan(Summary([NAN, NAN]).median)
 
 
 def test_one_value_has_no_interval_and_equal_values_an_empty_one() -> None:
-    assert math.isnan(summary([2.0]).mean_interval.low)
-    assert summary([2.0] * 5).mean_interval == (2.0, 2.0) == summary([2.0] * 5).median_interval
+    assert math.isnan(Summary([2.0]).mean_interval.low)
+    assert Summary([2.0] * 5).mean_interval == (2.0, 2.0) == Summary([2.0] * 5).median_interval
 
 
 def test_the_bootstrap_is_the_same_every_time_and_near_the_normal_interval() -> None:
@@ -71,7 +71,7 @@ def test_intervals_of_normal_values_cover_the_mean_as_often_as_theory_says(n: in
     # It is nearly mean +- 1.96 s / sqrt(n), s with divisor n: Student's t knows how often that covers.
     trials, rng = 600, np.random.default_rng(2)
     theory = 2.0 * stdtr(n - 1, 1.959964 * math.sqrt((n - 1) / n)) - 1.0
-    found = [summary(rng.normal(1.0, 1.0, n)) for _ in range(trials)]
+    found = [Summary(rng.normal(1.0, 1.0, n)) for _ in range(trials)]
     of_mean = np.mean([one.mean_interval.low <= 1.0 <= one.mean_interval.high for one in found])
     of_median = np.mean([one.median_interval.low <= 1.0 <= one.median_interval.high for one in found])
     assert of_mean == pytest.approx(theory, abs=4.0 * math.sqrt(theory * (1.0 - theory) / trials))

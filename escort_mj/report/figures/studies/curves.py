@@ -27,7 +27,7 @@ from escort_mj.report.figures.drawing.scales import (
 from escort_mj.report.figures.drawing.style import FAILED, figure, legend, panels, rows_of_cells
 from escort_mj.study.sweeps.quantities import RATES, Quantity
 from escort_mj.study.sweeps.results import Factor, Results
-from escort_mj.study.sweeps.statistics import Interval, proportion_of, summary
+from escort_mj.study.sweeps.statistics import Interval, Summary, proportion_of
 
 Array = NDArray[np.float64]
 
@@ -108,7 +108,7 @@ def _point(x: float, quantity: str, values: Array) -> Point:
     if quantity in RATES:
         happened = proportion_of(values)
         return Point(x, happened.share, happened.interval)
-    found = summary(values)
+    found = Summary(values)
     return Point(x, found.median, found.median_interval)
 
 

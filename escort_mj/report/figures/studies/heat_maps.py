@@ -16,7 +16,7 @@ from escort_mj.report.figures.drawing.scales import Scale, logarithmic, readable
 from escort_mj.report.figures.drawing.style import figure, panels
 from escort_mj.study.sweeps.quantities import RATES, Quantity
 from escort_mj.study.sweeps.results import Factor, Results
-from escort_mj.study.sweeps.statistics import proportion_of, summary
+from escort_mj.study.sweeps.statistics import Summary, proportion_of
 
 Array = NDArray[np.float64]
 
@@ -77,7 +77,7 @@ def _table(
         for column in range(len(x.levels)):
             here = inside & (results.levels[x.name] == column) & (results.levels[y.name] == row)
             some = values[here]
-            found[row, column] = proportion_of(some).share if quantity in RATES else summary(some).median
+            found[row, column] = proportion_of(some).share if quantity in RATES else Summary(some).median
     return found
 
 

@@ -16,6 +16,7 @@ from escort_mj.report.figures.drawing.look import abreast, present
 from escort_mj.report.figures.drawing.style import FAILED, WIDTH, figure
 from escort_mj.report.figures.figures import plots_of
 from escort_mj.scenario.findings import did_you_mean, listed
+from escort_mj.study.sweeps.design import cells_where
 from escort_mj.study.sweeps.expected import KeptFigure
 from escort_mj.study.sweeps.results import Results
 
@@ -27,7 +28,7 @@ HEADROOM = 0.35  # inches, for the name over each part
 def kept_runs(results: Results, shown: KeptFigure, folder: Path) -> dict[int, Path]:
     """The folders of the runs that a figure shows, by their cells; empty where one was not kept."""
     found = {}
-    for index in results.cells_where(shown.where):
+    for index in cells_where(results.cells, shown.where):
         run = next(run for run in results.runs if run.cell == index)
         row = results.rows.get(run.key)
         if row is None or row.folder is None or not (folder / row.folder).is_dir():
