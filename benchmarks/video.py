@@ -27,9 +27,8 @@ from escort_mj import api  # noqa: E402
 from escort_mj.record.folder import RunFolder, read_run  # noqa: E402
 from escort_mj.report.video import film  # noqa: E402
 from escort_mj.report.video.encode import VideoFile  # noqa: E402
-from escort_mj.report.video.marks import marks as marks_of  # noqa: E402
 from escort_mj.report.video.overlay import Overlay  # noqa: E402
-from escort_mj.report.video.pen import NOT_DRAWN, draw_marks  # noqa: E402
+from escort_mj.report.video.pen import draw_marks  # noqa: E402
 from escort_mj.report.video.replay import Replay, replay_of  # noqa: E402
 from escort_mj.report.video.shots import plan_shot  # noqa: E402
 from escort_mj.report.video.video import scenario_video  # noqa: E402
@@ -111,8 +110,8 @@ def frame(stage: Stage, marked: bool) -> tuple[float, float]:
         start = time.process_time()
         if marked:
             flags = replay.avoiding[0], replay.touching[0]
-            given = marks_of(replay, moment, film.TRAIL * video.speed, flags, None, NOT_DRAWN)
-            draw_marks(stage.renderer.scene, given, video.width)
+            scene, trail = stage.renderer.scene, film.TRAIL * video.speed
+            draw_marks(scene, replay, moment, trail, flags, video.width)
         middle = time.process_time()
         stage.renderer.render()
         marks, rendering = marks + middle - start, rendering + time.process_time() - middle

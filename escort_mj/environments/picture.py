@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from base64 import b64encode
 from typing import Annotated, Literal
 
 import numpy as np
@@ -51,7 +50,7 @@ class Camera:
                     world.sizes,
                     facts_of(scenario, world),
                     scenario.video.camera,
-                    {name: b64encode(content).decode() for name, content in world.assets.items()},
+                    world.assets,
                 )
             )
             self._shown, self._drawn = (id(world), simulation.restored), 0

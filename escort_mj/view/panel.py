@@ -146,12 +146,10 @@ class ControlPanel:
         words = [f"**t = {now:.2f} s**"]
         if behind:
             words.append("the simulation cannot keep up with this speed")
-        for name, flags in (
-            ("in contact", replay.touching),
-            ("avoiding", replay.avoiding),
-            ("lost", replay.lost),
-        ):
-            if who := _named(replay.lately(flags, moment, GLOW)):
+        avoiding, touching = replay.lately(moment, GLOW)
+        lost = replay.lost[moment.sample]
+        for name, flags in (("in contact", touching), ("avoiding", avoiding), ("lost", lost)):
+            if who := _named(flags):
                 words.append(f"{name}: {who}")
         if ending:
             words.append(ending)

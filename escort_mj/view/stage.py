@@ -77,9 +77,8 @@ class StageView:
             self._lost = lost.copy()
             for chosen, handle in self._bodies:
                 handle.batched_colors = self._body_colors(chosen)
-        avoiding, touching = (replay.lately(one, moment, GLOW) for one in (replay.avoiding, replay.touching))
         hidden = {"shadows", "grid", *(layer for layer, shown in self.shown.items() if not shown)}
-        self._draw_marks(marks(replay, moment, flags=(avoiding, touching), left_out=hidden))
+        self._draw_marks(marks(replay, moment, flags=replay.lately(moment, GLOW), left_out=hidden))
         return moment
 
     def _floor(self, replay: Replay) -> None:

@@ -11,7 +11,7 @@ from escort_mj.api import load_scenario
 from escort_mj.environments import Simulation
 from escort_mj.environments.picture import Camera
 from escort_mj.errors import RenderError, UsageError
-from escort_mj.report.video import live
+from escort_mj.report.video import live, video
 from tests.drawing import needs_gl
 
 gymnasium = pytest.importorskip("gymnasium")
@@ -83,14 +83,14 @@ def test_what_cannot_be_drawn(monkeypatch: pytest.MonkeyPatch) -> None:
     with pytest.raises(UsageError, match="call reset"):
         environment.render()
     environment.reset()
-    monkeypatch.setattr(live, "choose_backend", lambda: (None, "EGL finds no device"))
+    monkeypatch.setattr(video, "choose_backend", lambda: (None, "EGL finds no device"))
     with pytest.raises(RenderError, match="nothing can be drawn on this machine: EGL finds no device"):
         environment.render()
     assert EscortEnv(scenario).render() is None
 
 
 def test_a_child_that_fails_says_why(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(live, "choose_backend", lambda: ("egl", ""))
+    monkeypatch.setattr(video, "choose_backend", lambda: ("egl", ""))
     broken = SimpleNamespace(executable="false")
     monkeypatch.setattr(live, "sys", broken)
     simulation = Simulation(load_scenario("main", SHORT))

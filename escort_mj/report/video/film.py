@@ -13,9 +13,8 @@ from escort_mj.errors import RenderError
 from escort_mj.palette import LOST, MOST_DISTINCT
 from escort_mj.report.video.camera import View
 from escort_mj.report.video.clip import Clip, Rings
-from escort_mj.report.video.marks import marks
 from escort_mj.report.video.overlay import Overlay
-from escort_mj.report.video.pen import NOT_DRAWN, draw_marks
+from escort_mj.report.video.pen import draw_marks
 from escort_mj.report.video.replay import Moment, Replay
 from escort_mj.report.video.shots import Viewpoint, plan_shot
 from escort_mj.report.video.solids import load_model, pose
@@ -110,16 +109,13 @@ class Film:
             self._model.geom(f"{name}_body").rgba[:3] = color
         for robot in np.flatnonzero(replay.lost[moment.sample]):
             self._model.geom(f"robot_{robot + 1}_body").rgba[:3] = LOST
-        avoiding = replay.lately(replay.avoiding, moment, self._glow)
-        touching = replay.lately(replay.touching, moment, self._glow)
+        avoiding, touching = replay.lately(moment, self._glow)
         view, scene = self._shot.view(moment.time), self._renderer.scene
         self._model.stat.extent = view.distance  # near and far limits of the view are given in it
         self._renderer.update_scene(self._data, _camera(view), in_space())
         skip_sky(scene, self._aspect)
         halos = None if rings else (avoiding, touching)
-        forward = np.array(scene.camera[0].forward, dtype=float)
-        given = marks(replay, moment, self._trail, halos, forward, NOT_DRAWN)
-        draw_marks(scene, given, self.size[0])
+        draw_marks(scene, replay, moment, self._trail, halos, self.size[0])
         if rings:
             rings.draw(scene, moment.time, replay.planar, self.size[0])
         frame: Pixels = self._renderer.render()

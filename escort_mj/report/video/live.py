@@ -1,20 +1,19 @@
 """Pictures of a mission under way, drawn by a child process: only there may MuJoCo be loaded with GL.
 
-The child is this same module. It reads messages from its input, each one line that says what comes and how
-many bytes it has: `mission` (JSON: the model and what `record` needs), then `frame` (samples since the last
-one). For each frame it writes the picture, one byte per color, to its output.
+The child is this same module. It unpickles messages from its input: a table of what a mission looks like,
+then for each picture an array of the samples since the last one. It writes the picture, one byte per color,
+to its output.
 """
 
 from __future__ import annotations
 
 import argparse
 import contextlib
-import json
 import os
+import pickle
 import subprocess
 import sys
 import tempfile
-from base64 import b64decode
 from collections.abc import Mapping
 from typing import IO, Any, NamedTuple
 
@@ -22,9 +21,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.errors import EscortError, RenderError
-from escort_mj.gl import INSTALL_COMMAND, choose_backend
 from escort_mj.record.recording import record
-from escort_mj.report.video.video import child_environment
+from escort_mj.report.video.video import drawing_environment
 from escort_mj.signals import TIME, record_size
 
 Array = NDArray[np.float64]
@@ -42,14 +40,14 @@ class Subject(NamedTuple):
         sizes: Size of each dimension of a sample.
         labels: See `record`.
         camera: `overview`, `follow` or `top`.
-        assets: Files that the model names, in base64.
+        assets: Files that the model names.
     """
 
     xml: str
     sizes: dict[str, int]
     labels: dict[str, Any]
     camera: str
-    assets: Mapping[str, str] = {}
+    assets: Mapping[str, bytes] = {}
 
 
 class Painter:
@@ -70,7 +68,7 @@ class Painter:
         Raises:
             RenderError: If nothing can be drawn on this machine, or the child has failed.
         """
-        self._send("mission", json.dumps(subject._asdict()).encode())
+        self._send(subject._asdict())
 
     def draw(self, samples: Array) -> Picture:
         """Return a picture of the newest sample, shape (height, width, 3).
@@ -81,7 +79,7 @@ class Painter:
         Raises:
             RenderError: If the child has failed.
         """
-        self._send("frame", np.ascontiguousarray(samples).tobytes())
+        self._send(samples)
         assert self._child is not None and self._child.stdout is not None
         width, height = self.size
         drawn = self._child.stdout.read(3 * width * height)
@@ -102,22 +100,18 @@ class Painter:
             self._errors.close()
             self._errors = None
 
-    def _send(self, what: str, message: bytes) -> None:
+    def _send(self, message: Any) -> None:
         if self._child is None:
             self._start()
         assert self._child is not None and self._child.stdin is not None
         try:
-            self._child.stdin.write(f"{what} {len(message)}\n".encode() + message)
+            pickle.dump(message, self._child.stdin)
             self._child.stdin.flush()
         except OSError:
             raise RenderError(self._reason()) from None
 
     def _start(self) -> None:
-        backend, reason = choose_backend()
-        if backend is None:
-            raise RenderError(
-                f"nothing can be drawn on this machine: {reason}. To add a renderer: {INSTALL_COMMAND}"
-            )
+        environment = drawing_environment()
         command = [sys.executable, "-P", "-m", "escort_mj.report.video.live", *map(str, self.size)]
         self._errors = tempfile.TemporaryFile()
         self._child = subprocess.Popen(
@@ -125,7 +119,7 @@ class Painter:
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=self._errors,
-            env=child_environment(backend),
+            env=environment,
             start_new_session=True,  # an interrupt of the terminal is the parent's
         )
 
@@ -140,7 +134,7 @@ class Painter:
         return f"the renderer failed with exit code {code}" + (f": {said[-1]}" if said else "")
 
 
-class _Easel:
+class _MissionPicture:
     """The child's picture of one mission."""
 
     def __init__(self, subject: Subject, size: tuple[int, int]) -> None:
@@ -150,9 +144,7 @@ class _Easel:
 
         self._subject = subject
         self._width, height = size
-        self._model = mujoco.MjModel.from_xml_string(
-            subject.xml, {name: b64decode(content) for name, content in subject.assets.items()}
-        )
+        self._model = mujoco.MjModel.from_xml_string(subject.xml, dict(subject.assets))
         prepare(self._model, *size, subject.sizes["robot"])
         self._data = mujoco.MjData(self._model)
         self._renderer = mujoco.Renderer(self._model, height, self._width, MOST_MARKS)
@@ -163,8 +155,7 @@ class _Easel:
         import mujoco
 
         from escort_mj.report.video.film import GLOW, in_space
-        from escort_mj.report.video.marks import marks
-        from escort_mj.report.video.pen import NOT_DRAWN, draw_marks
+        from escort_mj.report.video.pen import draw_marks
         from escort_mj.report.video.replay import replay_of
         from escort_mj.report.video.solids import pose
 
@@ -175,11 +166,8 @@ class _Easel:
         pose(self._model, self._data, moment.qpos, moment.target)
         mujoco.mj_camlight(self._model, self._data)
         self._renderer.update_scene(self._data, CAMERAS[self._subject.camera], in_space())
-        avoiding, touching = (replay.lately(f, moment, GLOW) for f in (replay.avoiding, replay.touching))
-        scene = self._renderer.scene
-        forward = np.array(scene.camera[0].forward, dtype=float)
-        given = marks(replay, moment, TRAIL, (avoiding, touching), forward, NOT_DRAWN)
-        draw_marks(scene, given, self._width)
+        halos = replay.lately(moment, GLOW)
+        draw_marks(self._renderer.scene, replay, moment, TRAIL, halos, self._width)
         return np.asarray(self._renderer.render())
 
     def close(self) -> None:
@@ -200,23 +188,22 @@ def serve_pictures(arguments: list[str] | None = None) -> int:
     width, height = parser.parse_args(arguments).size
     output = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)  # what libraries print is no picture
-    easel: _Easel | None = None
+    shown: _MissionPicture | None = None
     try:
-        while line := sys.stdin.buffer.readline():
-            what, count = line.decode().split()
-            message = sys.stdin.buffer.read(int(count))
-            if what == "mission":
-                if easel is not None:
-                    easel.close()
-                easel = _Easel(Subject(**json.loads(message)), (width, height))
-            elif easel is not None:
-                samples = np.frombuffer(message).reshape(-1, easel._samples.shape[1])
-                output.write(easel.draw(samples).tobytes())
+        while True:
+            message = pickle.load(sys.stdin.buffer)
+            if isinstance(message, dict):
+                if shown is not None:
+                    shown.close()
+                shown = _MissionPicture(Subject(**message), (width, height))
+            elif shown is not None:
+                output.write(shown.draw(message).tobytes())
                 output.flush()
+    except EOFError:
+        return 0
     except (EscortError, ValueError) as fault:
         print(f"{fault}".replace("\n", " "), file=sys.stderr)
         return 1
-    return 0
 
 
 if __name__ == "__main__":

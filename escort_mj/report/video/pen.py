@@ -7,7 +7,7 @@ forty times as much. So do cylinders, hundreds of faces each: discs are made of 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from functools import cache
 
 import mujoco
@@ -15,7 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.palette import Color
-from escort_mj.report.video.marks import Mark
+from escort_mj.report.video.marks import Mark, marks
+from escort_mj.report.video.replay import Flags, Moment, Replay
 
 Array = NDArray[np.float64]
 
@@ -27,16 +28,27 @@ _ORIGIN = np.zeros(3)
 _UNIT = np.ones(3)
 
 
-def draw_marks(scene: mujoco.MjvScene, given: Iterable[Mark], width: int) -> None:
-    """Add marks to a scene that was just updated from the data; arrows and texts are left out.
+def draw_marks(
+    scene: mujoco.MjvScene,
+    replay: Replay,
+    moment: Moment,
+    trail: float,
+    flags: tuple[Flags, Flags] | None,
+    width: int,
+) -> None:
+    """Add the marks of a moment, but arrows and texts, to a scene that was just updated from the data.
 
     Args:
         scene: MuJoCo's scene.
-        given: The marks.
+        replay: As of `marks`.
+        moment: As of `marks`.
+        trail: As of `marks`.
+        flags: As of `marks`.
         width: Of the picture [pixel].
     """
     pen, pixel = Pen(scene), max(width / 1280.0, 0.5)
-    for mark in given:
+    forward = np.array(scene.camera[0].forward, dtype=float)
+    for mark in marks(replay, moment, trail, flags, forward, NOT_DRAWN):
         if mark.kind in ("line", "trail", "circle"):
             pen.path(path_of(mark), mark.color, pixel * mark.width, opacity_of(mark), mark.dashed)
         elif mark.kind == "outline":

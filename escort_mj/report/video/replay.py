@@ -241,20 +241,19 @@ class Replay:
         rows = np.clip(np.searchsorted(self.time, times), 0, len(self.time) - 1)
         return values[rows]
 
-    def lately(self, flags: Flags, moment: Moment, duration: float) -> Flags:
-        """Which robots had a flag raised lately: a short event must stay visible.
+    def lately(self, moment: Moment, duration: float) -> tuple[Flags, Flags]:
+        """Which robots avoided something lately, and which touched something: a short event stays visible.
 
         Args:
-            flags: Shape (T, n).
             moment: Now.
             duration: How far back to look [s].
 
         Returns:
-            Shape (n,).
+            Shape (n,) each.
         """
         first = int(np.searchsorted(self.time, moment.time - duration, side="left"))
-        raised: Flags = np.any(flags[min(first, moment.sample) : moment.sample + 1], axis=0)
-        return raised
+        part = slice(min(first, moment.sample), moment.sample + 1)
+        return self.avoiding[part].any(axis=0), self.touching[part].any(axis=0)
 
 
 def replay_of(trace: Recorded) -> Replay:

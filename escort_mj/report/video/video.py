@@ -8,16 +8,15 @@ from __future__ import annotations
 
 import argparse
 import os
-import queue
 import re
 import shutil
 import signal
 import subprocess
 import sys
 import tempfile
-import threading
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
+from multiprocessing.connection import wait
 from pathlib import Path
 from typing import IO, TYPE_CHECKING
 
@@ -38,7 +37,7 @@ Progress = Callable[[float, float], None]
 MODULE = "escort_mj.report.video.video"
 CLIP_SIZE, CLIP_RATE = (960, 540), 25
 STALL = 180.0  # without a sign of life for so long, the child is given up [s]
-_FRAME = re.compile(r"frame (\d+) of (\d+)")
+_FRAME = re.compile(rb"frame (\d+) of (\d+)")
 _FAULT = "error: "
 _NOT_WRITTEN = 4  # exit code of the child where the video has no room on the disk
 
@@ -132,7 +131,7 @@ class Rendering:
         path: The file.
     """
 
-    def __init__(self, run: StoredRun, path: Path, child: subprocess.Popen[str], errors: IO[str]) -> None:
+    def __init__(self, run: StoredRun, path: Path, child: subprocess.Popen[bytes], errors: IO[str]) -> None:
         self.path = path
         self._run, self._child, self._errors = run, child, errors
 
@@ -162,20 +161,12 @@ def _started(run: StoredRun, path: Path, options: list[str]) -> Iterator[Renderi
     """Let a child process draw a file, while the context lasts."""
     if run.recording.sizes["time"] == 0:
         raise RenderError(f"{run.path}: the trace holds no sample, so there is nothing to draw")
-    backend, reason = choose_backend()
-    if backend is None:
-        raise RenderError(
-            f"nothing can be drawn on this machine: {reason}. To add a renderer: {INSTALL_COMMAND}"
-        )
+    environment = drawing_environment()
     command = [sys.executable, "-P", "-m", MODULE, str(run.path), "--out", str(path), *options]
     with tempfile.TemporaryFile("w+", encoding="utf-8", errors="replace") as errors:
+        nothing, pipe = subprocess.DEVNULL, subprocess.PIPE
         child = subprocess.Popen(
-            command,
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.PIPE,
-            stderr=errors,
-            text=True,
-            env=child_environment(backend),
+            command, bufsize=0, stdin=nothing, stdout=pipe, stderr=errors, env=environment
         )
         try:
             yield Rendering(run, path, child, errors)
@@ -186,6 +177,20 @@ def _started(run: StoredRun, path: Path, options: list[str]) -> Iterator[Renderi
             remove_left(path.parent)
 
 
+def drawing_environment() -> dict[str, str]:
+    """Return the environment of a child that draws with a back end that works.
+
+    Raises:
+        RenderError: If there is none.
+    """
+    backend, reason = choose_backend()
+    if backend is None:
+        raise RenderError(
+            f"nothing can be drawn on this machine: {reason}. To add a renderer: {INSTALL_COMMAND}"
+        )
+    return child_environment(backend)
+
+
 def child_environment(backend: str) -> dict[str, str]:
     """Return the environment of a child that draws: this one, with the back end and this package."""
     package = str(Path(__file__).resolve().parents[3])
@@ -193,31 +198,20 @@ def child_environment(backend: str) -> dict[str, str]:
     return os.environ | {"MUJOCO_GL": backend, "PYTHONPATH": os.pathsep.join(paths)}
 
 
-def _watch(child: subprocess.Popen[str], progress: Progress | None) -> None:
+def _watch(child: subprocess.Popen[bytes], progress: Progress | None) -> None:
     """Read the output of the child until it ends.
 
     Raises:
         RenderError: If it says nothing for too long.
     """
-    lines: queue.Queue[str | None] = queue.Queue()
-
-    def read(output: IO[str]) -> None:
-        for line in output:
-            lines.put(line)
-        lines.put(None)
-
     assert child.stdout is not None
-    reader = threading.Thread(target=read, args=(child.stdout,), daemon=True)
-    reader.start()
-    while True:
-        try:
-            line = lines.get(timeout=STALL)
-        except queue.Empty:
-            raise RenderError(f"the renderer gave no sign of life for {STALL:g} s, and was stopped") from None
-        if line is None:
+    while wait([child.stdout], STALL):
+        line = child.stdout.readline()
+        if not line:
             return
         if progress is not None and (match := _FRAME.match(line)):
             progress(int(match[1]), int(match[2]))
+    raise RenderError(f"the renderer gave no sign of life for {STALL:g} s, and was stopped")
 
 
 def _reason(code: int, errors: IO[str], folder: Path) -> str:

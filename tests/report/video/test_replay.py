@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -40,12 +42,14 @@ def test_one_sample_is_enough_and_none_is_not(trace):
 
 
 def test_a_short_event_stays_visible(trace):
-    replay = replay_of(trace)
-    flags = np.zeros((len(replay.time), 5), bool)
+    flags = np.zeros((trace.sizes["time"], 5), bool)
     flags[20, 3] = True  # at 2.0 s
-    seen = [bool(replay.lately(flags, replay.at(t), 0.5)[3]) for t in (1.9, 2.0, 2.4, 2.6)]
-    assert seen == [False, True, True, False]
-    assert not replay.lately(flags, replay.at(2.2), 0.5)[[0, 1, 2, 4]].any()
+    replay = replace(replay_of(trace), avoiding=flags, touching=flags[:, ::-1])
+    seen = [replay.lately(replay.at(t), 0.5) for t in (1.9, 2.0, 2.4, 2.6)]
+    assert [bool(avoiding[3]) for avoiding, _ in seen] == [False, True, True, False]
+    assert [bool(touching[1]) for _, touching in seen] == [False, True, True, False]
+    avoiding, touching = replay.lately(replay.at(2.2), 0.5)
+    assert avoiding.sum() == touching.sum() == 1
 
 
 def test_a_trail_ends_now_and_its_points_stay_put(trace):

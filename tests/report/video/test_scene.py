@@ -22,7 +22,7 @@ def marks(kind: int, color: palette.Color, opponents: int = 0, **given: object) 
     replay = replace(replay_of(make_trace(TIME, robots=3, q=PLACES, **given)), opponents=opponents)
     model = mujoco.MjModel.from_xml_string("<mujoco/>")
     scene = mujoco.MjvScene(model, 2000)
-    draw_marks(scene, marks_of(replay, replay.at(0.5)), 1280)
+    draw_marks(scene, replay, replay.at(0.5), 8.0, None, 1280)
     inks = [geom.rgba[:3] for geom in scene.geoms[: scene.ngeom] if geom.type == kind]
     return sum(np.allclose(ink, color, atol=1e-6) for ink in inks)
 
