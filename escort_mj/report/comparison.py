@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -81,6 +82,12 @@ class Comparison(NamedTuple):
         return " and ".join(several) or "laws"
 
     @property
+    def labels(self) -> list[str]:
+        """Of each combination: its law, and its outer loop where there are several."""
+        lone = len(self.results.factors[LOOP].levels) == 1
+        return [law if lone else f"{law} / {loop}" for law, loop in self.title]
+
+    @property
     def about(self) -> str:
         """The scenario, and over how many seeds."""
         seeds = sorted({run.seed for run in self.results.runs})
@@ -108,12 +115,10 @@ def comparison(results: Results) -> Comparison:
 
 def _outcomes(results: Results, index: int) -> str:
     """How a combination's runs ended, in words."""
-    rows = (results.rows.get(run.key) for run in results.runs if run.cell == index)
-    ends = [row.outcome if row is not None else "not run" for row in rows]
-    counts = {end: ends.count(end) for end in dict.fromkeys(ends)}
+    ends = [row.outcome if row is not None else "not run" for row in results.rows_of(index)]
     if len(ends) == 1:
         return ends[0]
-    return ", ".join(f"{end} {count} of {len(ends)}" for end, count in counts.items())
+    return ", ".join(f"{end} {count} of {len(ends)}" for end, count in Counter(ends).items())
 
 
 def _marked(results: Results, told: bool) -> str:
@@ -152,12 +157,8 @@ def lost_of(results: Results) -> list[str]:
     return [
         f"{results.title(run.cell)}, seed {run.seed}: {row.outcome}: {row.message}"
         for run in results.runs
-        if (row := results.rows.get(run.key)) and not _completed(row)
+        if (row := results.rows.get(run.key)) and row.outcome != COMPLETED
     ]
-
-
-def _completed(row: Any) -> bool:
-    return bool(row.outcome == COMPLETED)
 
 
 def page_of(found: Comparison) -> str:
@@ -169,11 +170,9 @@ def page_of(found: Comparison) -> str:
 
 def latex_of(found: Comparison) -> str:
     """Return the table for LaTeX, one quantity per row."""
-    lone = len(found.results.factors[LOOP].levels) == 1
-    head = ["", *(law if lone else f"{law} / {loop}" for law, loop in found.title)]
     lines = [["outcome", *found.outcome]]
     lines += [[found.results.quantities[name].heading, *texts] for name, texts in found.columns.items()]
-    return latex(head, lines, f"{found.about}. {found.marked.replace('**', '')}", "comparison")
+    return latex(["", *found.labels], lines, f"{found.about}. {found.marked.replace('**', '')}", "comparison")
 
 
 def summary_of(found: Comparison) -> list[str]:
@@ -263,10 +262,8 @@ def draw_bars(path: Path, found: Comparison) -> Path:
     results = found.results
     names = [name for name in found.columns if name.startswith(DRAWN) and results.known([name])]
     height = -(-max(len(names), 1) // 3) * (0.76 + BAR * len(found.title)) + 0.4
-    lone = len(results.factors[LOOP].levels) == 1
-    labels = [law if lone else f"{law} / {loop}" for law, loop in found.title]
     with figure(path, height, f"{results.name}: {found.subject} compared", width=9.6) as canvas:
-        shown = rows_of_cells(canvas, len(names), 3, labels) if names else []
+        shown = rows_of_cells(canvas, len(names), 3, found.labels) if names else []
         for axes, name in zip(shown, names, strict=True):
             _bars(axes, name, found)
             axes.set_title(heading(results.quantities[name], "\n"))
@@ -319,7 +316,7 @@ def draw_curves_of(folder: Path, found: Comparison) -> Path:
         time = np.zeros(1)
         for run in (one for one in results.runs if one.seed == seed):
             row, labels = results.rows.get(run.key), results.labels(run.cell)
-            if row is None or not _completed(row) or row.folder is None:
+            if row is None or row.outcome != COMPLETED or row.folder is None:
                 continue
             trace = read_run(folder / row.folder).trace
             time = trace["time"].values
@@ -332,10 +329,9 @@ def draw_curves_of(folder: Path, found: Comparison) -> Path:
                 draw_curves(axes, time, curve[:, None], [colors[labels[LAW]]])
                 for line in axes.lines[before:]:
                     line.set_linestyle(dash)
-        upper.set_title("Largest error of the radius, any robot")
-        upper.set_ylabel("| |q - c| - R | [m]")
-        lower.set_title("Largest tracking error without noise, any robot, running rms")
-        lower.set_ylabel("|q_d - q| [m]")
+        upper.set(title="Largest error of the radius, any robot", ylabel="| |q - c| - R | [m]")
+        title = "Largest tracking error without noise, any robot, running rms"
+        lower.set(title=title, ylabel="|q_d - q| [m]")
         for axes in (upper, lower):
             log_scale(axes)
         timeline([upper, lower], time)

@@ -8,11 +8,12 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from markupsafe import Markup
 
 from escort_mj.expect.verdicts import mark
 from escort_mj.files import make_folder, write_text
-from escort_mj.record.episodes import pair
+from escort_mj.record.episodes import apart_from, pair
 from escort_mj.record.folder import FIGURES, REPORT, SCENARIO, VIDEO, StoredRun, read_run
 from escort_mj.record.recording import LOG, NOT_LOGGED
 from escort_mj.report.figures.drawing.scales import readable
@@ -112,8 +113,7 @@ def _verdicts(run: StoredRun) -> Table:
 
 def _touches(run: StoredRun) -> list[tuple[int, str, str]]:
     """Every touch of two bodies, the floor's aside: its number, and the two."""
-    touched = [(k, *pair(run.trace, k)) for k in range(run.trace.sizes.get("episode", 0))]
-    return [touch for touch in touched if "floor" not in touch[1:]]
+    return [(int(k), *pair(run.trace, k)) for k in np.flatnonzero(apart_from(run.trace, "floor"))]
 
 
 def _contacts(run: StoredRun, shown: Sequence[tuple[int, str, str]]) -> Table:

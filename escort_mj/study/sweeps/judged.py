@@ -155,7 +155,8 @@ def _answer(results: Results, one: CellsExpectation, level: str) -> Answer:
 def _of_cell(results: Results, one: CellsExpectation, index: int, other: int | None) -> Answer:
     """Whether a claim holds in one cell."""
     if not results.completed(index):
-        return Answer(False, "; ".join(filter(None, (_ended(results, at) for at in (index, other)))))
+        both = [index] if other is None else [index, other]
+        return Answer(False, "; ".join(filter(None, (_ended(results, at) for at in both))))
     holds, words = True, []
     for bound in one.bounds:
         value = _value(results, bound.key, index)
@@ -213,19 +214,14 @@ def _value(results: Results, name: str, index: int) -> float:
 
 def _known(results: Results, index: int) -> bool:
     """Whether all runs of a cell have been made."""
-    return all(run.key in results.rows for run in results.runs if run.cell == index)
+    return None not in results.rows_of(index)
 
 
-def _ended(results: Results, index: int | None) -> str:
+def _ended(results: Results, index: int) -> str:
     """How the first run of a cell ended that did not complete; empty where all did."""
-    rows = (results.rows[run.key] for run in results.runs if run.cell == index)
-    row = next((row for row in rows if row.outcome != COMPLETED), None)
-    return "" if row is None or index is None else f"{_labels(results, index)} {row.outcome}: {row.message}"
-
-
-def _labels(results: Results, index: int) -> str:
-    """A cell's levels, but for that of the factor that is judged apart."""
-    return ", ".join(level for name, level in results.labels(index).items() if name != results.apart)
+    levels = ", ".join(level for name, level in results.labels(index).items() if name != results.apart)
+    ended = (row for row in results.rows_of(index) if row is not None and row.outcome != COMPLETED)
+    return next((f"{levels} {row.outcome}: {row.message}" for row in ended), "")
 
 
 def _named(results: Results, some: Sequence[int], cells: Sequence[int]) -> str:

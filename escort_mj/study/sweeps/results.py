@@ -222,6 +222,10 @@ class Results:
         """A quantity of the runs of one cell."""
         return self.values(quantity)[self.cell == index]
 
+    def rows_of(self, index: int) -> list[Row | None]:
+        """What came of the runs of one cell, seed by seed; None for those that have not been made."""
+        return [self.rows.get(run.key) for run in self.runs if run.cell == index]
+
     @property
     def block(self) -> str:
         """What pairs of runs are independent by: seeds, or the points that were drawn."""
@@ -243,8 +247,7 @@ class Results:
 
     def failed(self, index: int) -> Counter[str]:
         """Expectations that failed in a cell, and in how many of its runs."""
-        runs = (self.rows.get(run.key) for run in self.runs if run.cell == index)
-        return Counter(words for row in runs if row is not None for words in row.failed)
+        return Counter(words for row in self.rows_of(index) if row is not None for words in row.failed)
 
     def summary(self, quantity: str, index: int) -> Summary:
         """What the runs of a cell say of a quantity."""
