@@ -186,8 +186,8 @@ def _hearing(axes: Axes, letter: str, trace: Recorded) -> list[Key]:
         most = trace.sizes["slot"]
         lanes(axes, trace["time"].values, heard / most, f"{title} (a full lane: {most})")
     else:
-        labels = {"title": title, "ylabel": "robots", "ylim": (0.0, None)}
-        robot_curves(axes, trace, heard.astype(float), gray_lost=False, **labels)
+        robot_curves(axes, trace, heard.astype(float), gray_lost=False)
+        axes.set(title=title, ylabel="robots", ylim=(0.0, None))
     return []
 
 

@@ -70,8 +70,8 @@ def clearances(figure: Figure, trace: Recorded) -> None:
     for axes, (whom, space) in zip(grid, free.items(), strict=False):
         top = _window(space, 4.0 * float(kept_radius(trace).max()))
         window = min(0.0, float(space.min())) - 0.03 * top, top
-        labels = {"title": f"Clearance to {whom}", "ylabel": "surfaces apart [m]", "ylim": window}
-        robot_curves(axes, trace, space, lowest=True, **labels)
+        robot_curves(axes, trace, space, lowest=True)
+        axes.set(title=f"Clearance to {whom}", ylabel="surfaces apart [m]", ylim=window)
         limit_line(axes, 0.0, "contact", palette.CONTACT)
     if pushed:
         axes, touches = grid[len(free)], _touches(trace)

@@ -78,9 +78,9 @@ def _masses(axes: Axes, trace: Recorded) -> None:
 def _torques(axes: Axes, trace: Recorded) -> None:
     """The true reference torque's size beside its estimate's."""
     true, estimate = (np.linalg.norm(trace[name].values, axis=2) for name in ("reference_torque", "rho_hat"))
-    labels = {"title": "(b) Reference torque |ρ|", "ylabel": "N"}
-    robot_curves(axes, trace, true, running_rms, gray_lost=False, **labels)
+    robot_curves(axes, trace, true, running_rms, gray_lost=False)
     beside_curves(axes, trace, estimate, **DASHED)
+    axes.set(title="(b) Reference torque |ρ|", ylabel="N")
     log_scale(axes)
 
 

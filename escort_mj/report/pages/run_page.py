@@ -113,7 +113,7 @@ def _verdicts(run: StoredRun) -> Table:
 
 def _touches(run: StoredRun) -> list[tuple[int, str, str]]:
     """Every touch of two bodies, the floor's aside: its number, and the two."""
-    return [(int(k), *pair(run.trace, k)) for k in np.flatnonzero(apart_from(run.trace, "floor"))]
+    return [(k, *pair(run.trace, k)) for k in np.flatnonzero(apart_from(run.trace, "floor")).tolist()]
 
 
 def _contacts(run: StoredRun, shown: Sequence[tuple[int, str, str]]) -> Table:

@@ -253,7 +253,7 @@ class Replay:
         """
         first = int(np.searchsorted(self.time, moment.time - duration, side="left"))
         part = slice(min(first, moment.sample), moment.sample + 1)
-        return self.avoiding[part].any(axis=0), self.touching[part].any(axis=0)
+        return np.any(self.avoiding[part], axis=0), np.any(self.touching[part], axis=0)
 
 
 def replay_of(trace: Recorded) -> Replay:

@@ -205,7 +205,7 @@ def _watch(child: subprocess.Popen[bytes], progress: Progress | None) -> None:
         RenderError: If it says nothing for too long.
     """
     assert child.stdout is not None
-    while wait([child.stdout], STALL):
+    while wait([child.stdout.fileno()], STALL):
         line = child.stdout.readline()
         if not line:
             return
