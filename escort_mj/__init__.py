@@ -86,7 +86,7 @@ if not TYPE_CHECKING:
         collects = gc.isenabled()
         gc.disable()  # what modules hold stays, and looking for garbage among it takes a tenth of the time
         try:
-            return getattr(import_module(f"escort_mj.{_HOMES[name]}"), name)
+            return globals().setdefault(name, getattr(import_module(f"escort_mj.{_HOMES[name]}"), name))
         finally:
             if collects and not gc.get_freeze_count():
                 gc.freeze()

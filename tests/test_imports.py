@@ -63,3 +63,4 @@ def test_the_example_of_the_package_works_as_printed(compiled: None) -> None:
 @pytest.mark.parametrize("name", escort_mj.__all__)
 def test_every_public_name_is_there(name: str) -> None:
     assert getattr(escort_mj, name).__name__ == name
+    assert name in vars(escort_mj), "each use would load it again"
