@@ -96,22 +96,26 @@ def nearest_on_shape(solid: Solid, points: Array) -> tuple[Array, Array]:
 
 def extent(solid: Solid) -> tuple[Array, Array]:
     """Lower and upper corner of the upright box around a solid, shape (3,) each [m]."""
-    turned, size = solid.rotation, np.array(solid.size)
     if solid.shape == "mesh":
-        corners = solid.vertices @ turned.T + solid.center
+        corners = solid.vertices @ solid.rotation.T + solid.center
         return corners.min(axis=0), corners.max(axis=0)
-    if solid.shape == "sphere":
-        half = np.full(3, size[0])
-    elif solid.shape == "box":
-        half = np.abs(turned) @ size
-    elif solid.shape == "ellipsoid":
-        half = np.sqrt((turned * turned) @ (size * size))
-    elif solid.shape == "capsule":
-        half = size[0] + np.abs(turned[:, 2]) * size[1]
-    else:
-        along = turned[:, 2]
-        half = size[0] * np.sqrt(np.maximum(1.0 - along * along, 0.0)) + np.abs(along) * size[1]
+    half = half_extent(solid, np.eye(3))
     return solid.center - half, solid.center + half
+
+
+def half_extent(solid: Solid, directions: Array) -> Array:
+    """How far a solid that is no mesh reaches from its center along unit vectors, (k, 3) -> (k,) [m]."""
+    turned, size = directions @ solid.rotation, np.array(solid.size)
+    if solid.shape == "sphere":
+        return np.full(len(directions), size[0])
+    if solid.shape == "box":
+        return np.asarray(np.abs(turned) @ size)
+    if solid.shape == "ellipsoid":
+        return np.asarray(np.sqrt((turned * turned) @ (size * size)))
+    along = turned[:, 2]
+    if solid.shape == "capsule":
+        return np.asarray(size[0] + np.abs(along) * size[1])
+    return np.asarray(size[0] * np.sqrt(np.maximum(1.0 - along * along, 0.0)) + np.abs(along) * size[1])
 
 
 def outline(solid: Solid, axes: int) -> Array:

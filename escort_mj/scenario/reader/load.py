@@ -17,13 +17,14 @@ from escort_mj.errors import Fault, PluginError, ScenarioError, UsageError
 from escort_mj.plugin_calls import Trespass, blamed, confined
 from escort_mj.scenario.arguments import Overrides
 from escort_mj.scenario.checks import whole as checks
-from escort_mj.scenario.findings import Finding, did_you_mean, key_path, shortened, shown
+from escort_mj.scenario.findings import Finding, Path, did_you_mean, key_path, shortened, shown
 from escort_mj.scenario.reader import explain
 from escort_mj.scenario.reader.catalog import catalog_of, resolve_plugins
 from escort_mj.scenario.reader.document import Document, Place, line_and_column, read_document
 from escort_mj.scenario.reader.dump import differing
 from escort_mj.scenario.reader.files.robots import read_robots
 from escort_mj.scenario.reader.files.roots import take_root
+from escort_mj.scenario.reader.files.scenery import read_scenery
 from escort_mj.scenario.reader.files.waypoints import read_tables
 from escort_mj.scenario.reader.gains import with_gains, without_gains
 from escort_mj.scenario.reader.late import judged_again, late, left_out
@@ -202,9 +203,11 @@ def _scenario(
     findings: list[Finding] = []
     data, roots, rootless = take_root(data, FilePath(source).parent)
     data, wrong = read_tables(data, roots)
+    data, origins, unread = read_scenery(data, roots)
     if kind is None:
         kind, findings = resolve_plugins(data, FilePath(source).parent)
-    data, unread = (data, rootless) if rootless else read_robots(data, roots)
+    data, unknown_robots = (data, rootless) if rootless else read_robots(data, roots)
+    unread += unknown_robots
     data, auto, unknown = without_gains(data)
     findings += unread
     scenario = None
@@ -223,6 +226,7 @@ def _scenario(
             unknown += no_rule
             scenario, findings = _checked(data, kind)
         findings = findings + unknown
+    findings = [_of_scenery(finding, data, origins) for finding in findings]
     faults = [
         _fault(finding.message, key_path(finding.path), _place(document, finding))
         for finding in sorted(findings, key=lambda finding: _order(document, finding, source))
@@ -231,6 +235,16 @@ def _scenario(
     if faults or scenario is None:
         raise ScenarioError(faults)
     return scenario
+
+
+def _of_scenery(finding: Finding, data: dict[str, Any], origins: Sequence[Path]) -> Finding:
+    """A finding of an obstacle that comes from a file, at the table that names the file."""
+    path = finding.path
+    if path[0] != "obstacles" or len(path) < 2 or origins[int(path[1])] == path[:2]:
+        return finding
+    index, keys = int(path[1]), key_path(path[2:])
+    words = f"{data['obstacles'][index]['name']}: " + (f"{keys}: " if keys else "")
+    return finding._replace(path=origins[index], message=words + finding.message, at_key=False)
 
 
 def read_text(path: FilePath) -> str:

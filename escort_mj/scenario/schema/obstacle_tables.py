@@ -106,6 +106,24 @@ class Obstacle(Parameters):
     """Name in figures and verdicts; null: obstacle_1, obstacle_2 and so on."""
 
 
+class Scenery(Parameters):
+    """Surroundings from a file: each of its geoms that can collide becomes a fixed obstacle."""
+
+    file: Annotated[str, Field(min_length=1, max_length=500)]
+    """MJCF (`.xml`) whose bodies stand, or a mesh (`.obj`, `.stl`), relative to the scenario's folder."""
+    position: Vector | None = None
+    """Place of the file's origin, one number per axis [m]; null: the world's origin."""
+    orientation: Orientation = 0.0
+    """Orientation of the file's axes; in the plane, a yaw angle [rad]."""
+    below: Radius = 1.0
+    """Height below which robots of a planar mission meet what stands there [m]; geoms that begin higher are
+    left out. In space: no meaning."""
+    color: Color | None = None
+    """Color in figures and videos; null: gray."""
+    name: Name | None = None
+    """Name that begins the names of the obstacles; null: the name of the file."""
+
+
 class Door(Parameters):
     """An opening in a wall."""
 

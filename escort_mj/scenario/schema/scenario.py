@@ -30,7 +30,7 @@ from escort_mj.scenario.schema.fields import (
     Rule,
 )
 from escort_mj.scenario.schema.knowledge import Knowledge
-from escort_mj.scenario.schema.obstacle_tables import Clutter, Drive, Motion, Obstacle, Wall
+from escort_mj.scenario.schema.obstacle_tables import Clutter, Drive, Motion, Obstacle, Scenery, Wall
 from escort_mj.scenario.schema.opponents import Opponents
 from escort_mj.scenario.schema.plugin_source import PluginSource
 from escort_mj.scenario.schema.robots import Robots
@@ -247,6 +247,8 @@ class Scenario(Parameters, metaclass=_Checked):
     """The team of robots."""
     obstacles: Annotated[tuple[Obstacle, ...], Field(max_length=MAX_OBSTACLES)] = ()
     """Fixed and moving obstacles."""
+    scenery: Annotated[tuple[Scenery, ...], Field(max_length=20)] = ()
+    """Surroundings from files (docs/worlds.md). A stored scenario has them among its obstacles."""
     walls: Annotated[tuple[Wall, ...], Field(max_length=100)] = ()
     """Walls and corridors, with doors."""
     clutter: Clutter | None = None

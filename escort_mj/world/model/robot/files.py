@@ -24,6 +24,9 @@ NAMES = ("name", "class", "file")
 FOLDERS = {"mesh": "meshdir", "texture": "texturedir", "hfield": "meshdir", "skin": "meshdir"}
 FILES = ("file", "fileright", "fileleft", "fileup", "filedown", "filefront", "fileback")
 REFUSED = ("plugin", "flexcomp", "flex", "skin", "hfield", "extension", "deformable")
+MESHES = (".obj", ".stl")
+ONE_MESH = """<mujoco><asset><mesh name="mesh"/></asset>
+  <worldbody><geom name="mesh" type="mesh" mesh="mesh"/></worldbody></mujoco>"""
 PLACE = "assets"
 """Folder of the assets beside a model that is written."""
 
@@ -51,7 +54,11 @@ def read_files(source: Source) -> Files:
     name = source.name or source.file
     if source.file:
         file = Path(source.file)
-        root = _parsed(file, _content(file, source, MOST_TEXT, file.name), name)
+        if file.suffix.lower() in MESHES:
+            root = ElementTree.fromstring(ONE_MESH)
+            root[0][0].set("file", file.name)
+        else:
+            root = _parsed(file, _content(file, source, MOST_TEXT, file.name), name)
         _include(root, file.parent, source, (file.resolve(),))
         if found := _excess(root):
             raise RobotError(f"{name}: {found}")
@@ -59,7 +66,7 @@ def read_files(source: Source) -> Files:
         file = Path()
         root = _parsed(file, source.text.encode(), name)
     if wrong := next((each for each in root.iter() if each.tag in REFUSED), None):
-        raise RobotError(f"{name}: found <{wrong.tag}>; a robot has bodies, geoms, joints and actuators")
+        raise RobotError(f"{name}: found <{wrong.tag}>; a model has bodies, geoms, joints and actuators")
     assets = _assets(root, file.parent, source)
     digest = hashlib.sha256(ElementTree.tostring(root))
     for each in sorted(assets):
