@@ -1,6 +1,7 @@
 """What stands in the pages: fenced blocks, each with its place."""
 
 import re
+import shutil
 from pathlib import Path
 from typing import NamedTuple
 
@@ -45,7 +46,8 @@ _FILE = re.compile(r"<!-- file: (\S+) -->\n```\w+\n(.*?)```", re.DOTALL)
 
 
 def write_files(page: str, folder: Path) -> None:
-    """Write what a page has its readers save as files."""
+    """Write what a page has its readers save as files, and the scenery of the shipped depot."""
+    shutil.copy(ROOT / "scenarios/worlds/depot.xml", folder)
     for name, text in _FILE.findall((ROOT / page).read_text(encoding="utf-8")):
         (folder / name).write_text(text)
 
