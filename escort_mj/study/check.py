@@ -162,15 +162,13 @@ def with_clips(
         if one.folder is not None and one.code != GOOD and one.verdicts
     }
     drawn = {job.folder: made for job, made in backend(draw, found.values())}
-    shown = []
-    for one in results:
+
+    def shown(one: Checked) -> Checked:
         made = None if one.folder is None else drawn.get(one.folder)
-        if isinstance(made, Path):
-            one = replace(one, clip=made)
-        elif made is not None:
-            one = replace(one, note=f"no clip: {made}")
-        shown.append(one)
-    return shown
+        told = {"clip": made} if isinstance(made, Path) else {"note": f"no clip: {made}"}
+        return one if made is None else replace(one, **told)
+
+    return [shown(one) for one in results]
 
 
 def draw(job: Drawing) -> Path | str:

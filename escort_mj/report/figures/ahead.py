@@ -79,22 +79,18 @@ def _draw_side_by_side(folder: Path) -> list[Path]:
     from escort_mj.record.folder import read_run
     from escort_mj.report.figures.figures import plots_of
 
-    run = read_run(folder)
-    with ProcessPoolExecutor(_cores(), multiprocessing.get_context("fork"), _remember, (run,)) as pool:
+    _runs.append(run := read_run(folder))
+    with ProcessPoolExecutor(_cores(), multiprocessing.get_context("fork")) as pool:
         return [*pool.map(_draw_one, plots_of(run.recording))]
 
 
-_runs: list[StoredRun] = []  # the one to draw, in a process that draws a share of its figures
-
-
-def _remember(run: StoredRun) -> None:
-    _runs.append(run)
+_runs: list[StoredRun] = []  # the one to draw, which the processes that draw its figures are forked with
 
 
 def _draw_one(name: str) -> Path:
     from escort_mj.report.figures.figures import draw_plot
 
-    return draw_plot(_runs[0], name)
+    return draw_plot(_runs[-1], name)
 
 
 def wait_and_draw() -> int:

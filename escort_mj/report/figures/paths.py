@@ -32,8 +32,6 @@ from escort_mj.report.video.replay import borders, outlines, safe_radius
 from escort_mj.scenario.geometry.shapes import OUTLINE_POINTS, outward
 
 Array = NDArray[np.float64]
-Formations = list[tuple[int, NDArray[np.int64]]]
-"""See `losses.links`."""
 
 MOMENTS = 5  # at which the formation is drawn
 POINTS = 4000  # of a path at most
@@ -73,7 +71,7 @@ def plan_view(figure: Figure, trace: Recorded) -> None:
     """Paths on the plane: equal axes, obstacles to scale, the formation at a few moments."""
     axes = figure.subplots()
     moments = _moments(trace)
-    _plan(axes, trace, moments, links(trace))
+    _plan(axes, trace, moments)
     _words(axes, trace, moments)
     teams.name_all(figure, [axes], trace, _keys(trace, _borders(trace)))
     fit_marks(figure)
@@ -84,40 +82,37 @@ def space_height(trace: Recorded, width: float) -> float:
     return 1.2 + 4.0 * min(width / WIDTH, 1.0)
 
 
-def _plan(axes: Axes, trace: Recorded, moments: list[int], formations: Formations) -> None:
+def _plan(axes: Axes, trace: Recorded, moments: list[int]) -> None:
     """Paths along the two axes of a trace, with the formations at some samples."""
     low, high = bounds(trace)
-    margin = 0.03 * float((high - low).max())
-    axes.set_xlim(low[0] - margin, high[0] + margin)
-    axes.set_ylim(low[1] - margin, high[1] + margin)
-    axes.set_aspect("equal", anchor="S")  # its label stays where the layout puts it
-    step = _step(float((high - low).max()))
-    axes.xaxis.set_major_locator(MultipleLocator(step))
-    axes.yaxis.set_major_locator(MultipleLocator(step))
+    span = float((high - low).max())
+    margin, step = 0.03 * span, _step(span)
+    low, high = low - margin, high + margin
     across, up = trace["axis"].values
-    axes.set_xlabel(f"{across} [m]")
-    axes.set_ylabel(f"{up} [m]")
+    axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), xlabel=f"{across} [m]", ylabel=f"{up} [m]")
+    axes.set_aspect("equal", anchor="S")  # its label stays where the layout puts it
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_major_locator(MultipleLocator(step))
 
     for way, radius, clear, points in _obstacles(trace):
         _obstacle(axes, way, radius, clear, points[:, :2])
 
     for _, point, normal in _borders(trace):
-        corner = low - margin, high + margin
-        axes.add_patch(Polygon(behind(point, normal, *corner), **FORBIDDEN, alpha=0.1, zorder=0.8))
-        axes.plot(*cut(point, normal, *corner).T, color=palette.CONTACT, linewidth=1.2, zorder=1.1)
+        axes.add_patch(Polygon(behind(point, normal, low, high), **FORBIDDEN, alpha=0.1, zorder=0.8))
+        axes.plot(*cut(point, normal, low, high).T, color=palette.CONTACT, linewidth=1.2, zorder=1.1)
 
     target = trace["target_position"].values
     rim: dict[str, Any] = {"fill": False, "color": ESCORT, "linewidth": 0.8, "linestyle": (0, (1, 2))}
     for moment in moments if escorts(trace) else ():
         for radius in rings(kept_radius(trace)[moment], lost(trace)[moment]):
             axes.add_patch(Circle(target[moment], radius, **rim, zorder=1.2))
-    _everyone(axes, trace, moments, formations)
+    _everyone(axes, trace, moments)
 
 
-def _everyone(axes: Any, trace: Recorded, moments: list[int], formations: Formations) -> None:
+def _everyone(axes: Any, trace: Recorded, moments: list[int]) -> None:
     """Ways of all that moves, with the formations at some samples, in the plane or in space."""
     rows = _rows(trace.sizes["time"])
-    _formations(axes, trace, moments, formations)
+    _formations(axes, trace, moments)
     if escorts(trace):
         way = trace["target_position"].values[rows]
         axes.plot(*way.T, color=palette.TARGET, linewidth=1.4, zorder=3)
@@ -216,7 +211,7 @@ def space_view(figure: Figure, trace: Recorded) -> None:
     for moment in moments if escorts(trace) else ():
         for radius in rings(kept_radius(trace)[moment], lost(trace)[moment]):
             _globe(axes, target[moment], radius)
-    _everyone(axes, trace, moments, links(trace))
+    _everyone(axes, trace, moments)
     for artist in (*axes.lines, *axes.collections):
         artist.set_clip_on(False)  # a long mission may be wider than the square that 3-D axes reserve
         artist.set_in_layout(False)
@@ -247,9 +242,9 @@ def _moments(trace: Recorded) -> list[int]:
     return np.linspace(0, len(target) - 1, count + 1).astype(int)[1:].tolist()
 
 
-def _formations(axes: Axes, trace: Recorded, moments: list[int], formations: Formations) -> None:
+def _formations(axes: Axes, trace: Recorded, moments: list[int]) -> None:
     """Links between neighbors and the robots' places at a few moments; of a crowd also where it starts."""
-    q, gone = np.clip(trace["q"].values, -RANGE, RANGE), lost(trace)
+    q, gone, formations = np.clip(trace["q"].values, -RANGE, RANGE), lost(trace), links(trace)
     crowd = q.shape[1] > MOST_LINES
     for moment in [0, *moments] if crowd else moments:
         pairs = q[moment][links_at(formations, moment)]
@@ -260,16 +255,15 @@ def _formations(axes: Axes, trace: Recorded, moments: list[int], formations: For
             lines = Line3DCollection if q.shape[2] == 3 else LineCollection
             axes.add_collection(lines(pairs, **look))
         if crowd:
-            dots: dict[str, Any] = {"s": 4.0, "linewidths": 0, "zorder": 3.6}
             here = ~gone[moment]
-            dots["c"] = np.array(teams.colors_at(trace, moment))[here]
+            colors = np.array(teams.colors_at(trace, moment))[here]
+            dots: dict[str, Any] = {"s": 4.0, "linewidths": 0, "zorder": 3.6, "c": colors}
             axes.scatter(*q[moment, here].T, **dots)
         if crowd or moment == moments[-1] or q.shape[1] > MOST_DISTINCT:
             continue
         for index, color in enumerate(teams.colors_at(trace, moment)):
-            if gone[moment, index]:
-                continue
-            axes.plot(*q[moment, index][:, None], "o", color=color, markersize=3.0, zorder=3.6)
+            if not gone[moment, index]:
+                axes.plot(*q[moment, index][:, None], "o", color=color, markersize=3.0, zorder=3.6)
 
 
 def _ways(axes: Axes, trace: Recorded, rows: NDArray[np.int64]) -> None:
@@ -392,6 +386,3 @@ def _globe(axes: Axes3D, center: Array, radius: float) -> None:
     for order in ([0, 1, 2], [0, 2, 1], [2, 0, 1]):
         x, y, z = center[:, None] + radius * ring[order]
         axes.plot(x, y, z, color=ESCORT, linewidth=0.8, linestyle=(0, (1, 2)), zorder=1.5)
-
-
-__all__ = ["bounds", "plan_height", "plan_view", "space_view"]

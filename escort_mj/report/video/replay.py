@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,18 +20,11 @@ from escort_mj.report.figures.teams import recorded_targets
 
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
-OVER_TIME = (
-    (
-        "time",
-        "qpos",
-        "robots",
-        "target",
-        "goals",
-    )  # which fields of a replay have a row per sample
-    + ("avoiding", "touching", "obstacles", "lost", "estimates", "seen", "heard", "returns")
-    + ("kept", "members", "team_centers", "team_radius", "target_teams", "wish", "ruling")
+OVER_TIME = (  # which fields of a replay have a row per sample
+    *("time", "qpos", "robots", "target", "goals", "avoiding", "touching", "obstacles", "lost", "estimates"),
+    *("seen", "heard", "returns", "kept", "members", "team_centers", "team_radius", "target_teams"),
+    *("wish", "ruling"),
 )
-
 
 GHOST = 0.8  # size of a ghost in that of the target: it hides in the target where the estimate is good
 TICK = 1.0  # length of the end of a ray of a lidar that is drawn, in radii of the robot
@@ -274,12 +268,14 @@ def replay_of(trace: Recorded) -> Replay:
             np.concatenate([values, np.full((*values.shape[:-1], 1), height)], axis=-1) if planar else values
         )
 
+    def recorded(name: str, *absent: int, kind: type[np.generic] = np.float64) -> NDArray[Any]:
+        return trace[name].values if name in trace else np.zeros(absent, kind)
+
     wish = trace["v_d"].values[..., :3]
     robots, target = in_space("q"), in_space("target_position")
     goals = in_space("goal") if "goal" in trace else robots[:, :0]
-    estimating, teams = "target_estimate" in trace, "member_of" in trace
-    targets, none = recorded_targets(trace), np.zeros((len(robots), 0), np.int8)
-    rays = trace["lidar_ray"].values if "lidar_ray" in trace else np.zeros((0, 3))
+    targets, samples, count = recorded_targets(trace), len(robots), robots.shape[1]
+    rays = recorded("lidar_ray", 0, 3)
     if not escorts(trace):
         places = np.concatenate([robots[0], *goals[[0, -1]]])
         target = np.broadcast_to(0.5 * (places.min(axis=0) + places.max(axis=0)), target.shape)
@@ -303,20 +299,16 @@ def replay_of(trace: Recorded) -> Replay:
         lost=lost(trace),
         formations=links(trace),
         tethers=tethers(trace),
-        estimates=in_space("target_estimate") if estimating else robots[:, :0],
-        seen=(trace["target_seen"].values if estimating else lost(trace)[:, :0]) > 0,
-        heard=trace["heard_from"].values
-        if "heard_from" in trace
-        else np.zeros((*robots.shape[:2], 0), np.int16),
-        returns=trace["lidar_range"].values if "lidar_range" in trace else robots[:, :, :0],
+        estimates=in_space("target_estimate") if "target_estimate" in trace else robots[:, :0],
+        seen=recorded("target_seen", samples, 0) > 0,
+        heard=recorded("heard_from", samples, count, 0, kind=np.int16),
+        returns=recorded("lidar_range", samples, count, 0),
         rays=np.pad(rays, ((0, 0), (0, robots.shape[2] - rays.shape[1]))),
-        members=trace["member_of"].values if teams else none,
+        members=recorded("member_of", samples, 0, kind=np.int8),
         targets=tuple(map(str, trace["obstacle"].values[targets])),
-        target_teams=trace["obstacle_team"].values[:, targets]
-        if teams
-        else np.zeros((len(robots), 0), np.int8),
-        team_centers=in_space("team_center") if teams else robots[:, :0],
-        team_radius=trace["team_radius"].values if teams else np.zeros((len(robots), 0)),
+        target_teams=recorded("obstacle_team", samples, 0, kind=np.int8)[:, targets],
+        team_centers=in_space("team_center") if "team_center" in trace else robots[:, :0],
+        team_radius=recorded("team_radius", samples, 0),
         ghost_radius=GHOST * _target_size(trace, targets),
         wish=wish if not planar else np.pad(wish, ((0, 0), (0, 0), (0, 1))),
         ruling=trace["ruling"].values,

@@ -157,7 +157,15 @@ def figure(path: Path, height: float, title: str, note: str = "", width: float =
     with matplotlib.rc_context(_style(present())):
         with canvas_of(height, title, note, width) as canvas:
             yield canvas
-        save_figure(canvas, path)
+        make_folder(path.parent)
+        kind = path.suffix.removeprefix(".")
+        with replaced(path) as temporary:
+            if kind == "png":
+                agg: Any = canvas.canvas
+                # `savefig` would draw it twice, once only to lay it out.
+                agg.print_png(temporary, pil_kwargs={"compress_level": COMPRESSION})
+            else:
+                canvas.savefig(temporary, format=kind, metadata={"Date": None} if kind == "svg" else None)
 
 
 def panels(canvas: Figure, count: int, across: int, **shared: Any) -> tuple[NDArray[Any], list[Axes]]:
@@ -192,23 +200,6 @@ def rows_of_cells(canvas: Figure, count: int, across: int, labels: Sequence[str]
     return shown
 
 
-def save_figure(canvas: Figure, path: Path) -> None:
-    """Save a figure; the suffix chooses the format.
-
-    Raises:
-        WriteError: If it cannot be saved; an earlier file of that name stays.
-    """
-    make_folder(path.parent)
-    kind = path.suffix.removeprefix(".")
-    with replaced(path) as temporary:
-        if kind == "png":
-            agg: Any = canvas.canvas
-            # `savefig` would draw it twice, once only to lay it out.
-            agg.print_png(temporary, pil_kwargs={"compress_level": COMPRESSION})
-        else:
-            canvas.savefig(temporary, format=kind, metadata={"Date": None} if kind == "svg" else None)
-
-
 def name_robots(
     figure: Figure, axes: Iterable[Axes], count: int, others: Sequence[Key] = (), one_by_one: bool = False
 ) -> None:
@@ -221,13 +212,12 @@ def name_robots(
         others: Further legend entries: words, and one artist or several on top of each other.
         one_by_one: Whether robots have their colors in a crowd, too.
     """
-    keys = list(others)
-    if count > palette.MOST_LINES and not one_by_one:
-        pass
-    elif count <= palette.MOST_DISTINCT:
-        keys = robot_keys(count) + keys
-    else:
-        ramp = ScalarMappable(Normalize(0.5, count + 0.5), ListedColormap(palette.robot_colors(count)))
+    keys, colors = list(others), palette.robot_colors(count)
+    if count <= palette.MOST_DISTINCT:
+        lines = [Line2D([], [], color=color, linewidth=2.0) for color in colors]
+        keys = [*((f"robot {number}", line) for number, line in enumerate(lines, 1)), *keys]
+    elif count <= palette.MOST_LINES or one_by_one:
+        ramp = ScalarMappable(Normalize(0.5, count + 0.5), ListedColormap(colors))
         bar = figure.colorbar(ramp, ax=list(axes), fraction=0.025, pad=0.01, aspect=40)
         bar.set_label("robot")
         bar.outline.set_visible(False)
@@ -265,12 +255,6 @@ def legend(figure: Figure, keys: Sequence[Key]) -> None:
         figure.legend(
             handles, words, loc="outside lower center", ncols=_columns(words, figure), columnspacing=1.3
         )
-
-
-def robot_keys(count: int) -> list[Key]:
-    """One legend entry per robot."""
-    colors = palette.robot_colors(count)
-    return [(f"robot {i}", Line2D([], [], color=color, linewidth=2.0)) for i, color in enumerate(colors, 1)]
 
 
 def _columns(words: Sequence[str], figure: Figure) -> int:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -37,6 +38,7 @@ def draw_marks(
     """
     across, by, marks = factors
     letters = max(LETTERS[0] // len(across.levels), LETTERS[1])
+    lines = textwrap.TextWrapper(letters, break_long_words=False, break_on_hyphens=False)
     columns, colors = abreast(2), colors_of(len(by.levels))
     rows = -(-len(quantities) // columns)
     with figure(path, 1.6 + 2.2 * rows, f"{results.name}: cell by cell", width=9.6) as canvas:
@@ -45,7 +47,7 @@ def draw_marks(
             _panel(axes, results, name, factors)
         for axes in shown[-columns:]:
             axes.set_xticks(
-                range(len(across.levels)), [_lines(level, letters) for level in across.levels], fontsize=6.5
+                range(len(across.levels)), [lines.fill(level) for level in across.levels], fontsize=6.5
             )
         dot: dict[str, Any] = {"linestyle": "none", "marker": "o", "markersize": 5}
         keys = [
@@ -67,8 +69,7 @@ def _panel(axes: Axes, results: Results, name: str, factors: tuple[Factor, Facto
     finite = values[np.isfinite(values)]
     positive = bool(len(finite)) and bool((finite >= 0.0).all())
     log = positive and name not in RATES and float(finite.max()) > WIDE * float(finite.min())
-    axes.set_title(heading(results.quantities[name]))
-    axes.set_ylabel(scale.unit)
+    axes.set(title=heading(results.quantities[name]), ylabel=scale.unit)
     for column in range(1, len(across.levels)):
         axes.axvline(column - 0.5, color="#E3E5E8", linewidth=0.6)
     axes.grid(axis="x", visible=False)
@@ -91,12 +92,3 @@ def _panel(axes: Axes, results: Results, name: str, factors: tuple[Factor, Facto
         low, high = axes.get_ylim()
         axes.set_ylim(low, high * (high / low) ** 0.1)
         log_ticks(axes, (high / low) ** 1.1)
-
-
-def _lines(level: str, letters: int) -> str:
-    """A level in lines of so many letters under its column."""
-    lines = [""]
-    for part in level.split(" "):
-        fits = len(lines[-1]) + len(part) < letters
-        lines = [*lines[:-1], f"{lines[-1]} {part}".strip()] if fits else [*lines, part]
-    return "\n".join(lines)

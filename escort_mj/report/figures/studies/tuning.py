@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 from matplotlib.axes import Axes
+from numpy.typing import NDArray
 
 from escort_mj.report.figures.drawing.style import figure
 from escort_mj.study.search.tuned import Tuned, TunedPoint
@@ -38,30 +38,21 @@ def _history(path: Path, search: Tune, found: Tuned) -> Path:
     count = len(search.objectives)
     with figure(path, 1.0 + 2.2 * count, f"{len(found.trials)} trials by {search.method}") as canvas:
         rows = canvas.subplots(count, 1, sharex=True, squeeze=False)[:, 0]
-        for place, (axes, objective) in enumerate(zip(rows, search.objectives, strict=True)):
+        feasible, numbers = np.array([t.feasible for t in found.trials]), np.arange(1, len(found.trials) + 1)
+        for axes, objective, values in zip(rows, search.objectives, _values(found, count).T, strict=True):
+            known = ~np.isnan(values)
             for kept, color, words in ((False, BROKEN, "breaks a constraint"), (True, KEPT, "keeps them")):
-                points = [
-                    (number, trial.values[place])
-                    for number, trial in enumerate(found.trials, 1)
-                    if trial.values is not None and trial.feasible == kept
-                ]
-                if points:
-                    axes.plot(*zip(*points, strict=True), "o", color=color, markersize=3.0, label=words)
+                if (some := known & (feasible == kept)).any():
+                    axes.plot(numbers[some], values[some], "o", color=color, markersize=3.0, label=words)
             if found.own.values is not None:
-                axes.axhline(found.own.values[place], color=OWN, linestyle="--", label="the scenario's own")
+                own = found.own.values[search.objectives.index(objective)]
+                axes.axhline(own, color=OWN, linestyle="--", label="the scenario's own")
             sign = 1.0 if objective.goal == "minimize" else -1.0
-            best = np.minimum.accumulate(
-                [
-                    sign * t.values[place] if t.values is not None and t.feasible else np.inf
-                    for t in found.trials
-                ]
-            )
+            best = np.minimum.accumulate(np.where(feasible, sign * values, np.inf))
             reached = np.isfinite(best)
-            numbers = np.arange(1, len(best) + 1)
             axes.step(numbers[reached], sign * best[reached], where="post", color=KEPT, label="best so far")
-            axes.set_title(f"{objective.words}, to {objective.goal}")
-            axes.set_ylabel(_labelled(objective))
-            _scale(axes, [t.values[place] for t in found.trials if t.values is not None], "y")
+            axes.set(title=f"{objective.words}, to {objective.goal}", ylabel=_labelled(objective))
+            _scale(axes, values[known], "y")
         rows[-1].set_xlabel("trial")
         handles, words = rows[0].get_legend_handles_labels()
         canvas.legend(handles, words, loc="outside lower center", ncols=4)
@@ -88,14 +79,20 @@ def _front(path: Path, search: Tune, found: Tuned) -> Path:
                 axes.plot(*zip(*points, strict=True), line, color=color, markersize=size, label=words)
         for name, objective, place in (("x", first, 0), ("y", second, 1)):
             getattr(axes, f"set_{name}label")(f"{_labelled(objective)}, {objective.goal}")
-            _scale(axes, [t.values[place] for t in found.trials if t.values is not None], name)
+            values = _values(found, len(search.objectives))[:, place]
+            _scale(axes, values[~np.isnan(values)], name)
         canvas.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=4)
     return path
 
 
-def _scale(axes: Axes, values: Sequence[float], name: str) -> None:
+def _values(found: Tuned, count: int) -> NDArray[np.float64]:
+    """The objectives of each trial, shape (trials, count); NaN where it has none."""
+    return np.array([trial.values or [np.nan] * count for trial in found.trials], dtype=np.float64)
+
+
+def _scale(axes: Axes, values: NDArray[np.float64], name: str) -> None:
     """A logarithmic axis where values lie far apart."""
-    if values and min(values) > 0.0 and max(values) > SPREAD * min(values):
+    if len(values) and values.min() > 0.0 and values.max() > SPREAD * values.min():
         getattr(axes, f"set_{name}scale")("log")
 
 
