@@ -163,7 +163,7 @@ class Run:
         from escort_mj.record.team import of_team
         from escort_mj.record.window import end_of
         from escort_mj.scenario.reader.catalog import catalog_of
-        from escort_mj.study.compare.compare import check_span
+        from escort_mj.study.compare import check_span
 
         if (trace := self._source.recording) is None:
             raise UsageError(NOT_KEPT)
@@ -302,7 +302,7 @@ class Run:
             UsageError: If the suffix is none of these, or what it needs is not installed.
         """
         from escort_mj.record.folder import read_run
-        from escort_mj.report.exports.exports import check_export, export_run
+        from escort_mj.report.exports import check_export, export_run
 
         check_export(Path(path))
         export_run(read_run(self._on_disk()), Path(path))
@@ -395,7 +395,7 @@ class Run:
             return None
 
     def _repr_html_(self) -> str:
-        from escort_mj.report.pages.notebook import run_in_html
+        from escort_mj.report.pages.html import run_in_html
 
         return run_in_html(self.name, self._in_words(), self.passed, self.verdicts, self._thumbnail)
 

@@ -255,7 +255,7 @@ def compare(
     from escort_mj.record.window import span_of
     from escort_mj.report.comparison import write_comparison
     from escort_mj.scenario import dump_scenario
-    from escort_mj.study.compare.compare import comparison_of
+    from escort_mj.study.compare import comparison_of
     from escort_mj.study.sweeps.sweep import TABLE
 
     mission = loaded(compare, scenario, overrides, plugins, keys)

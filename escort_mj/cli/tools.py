@@ -66,7 +66,7 @@ def export_command(source: Source, to: Path, overrides: Overrides = (), plugins:
     from escort_mj import api
     from escort_mj.files import write_model
     from escort_mj.record.folder import read_run
-    from escort_mj.report.exports.exports import MJCF, check_export, export_run
+    from escort_mj.report.exports import MJCF, check_export, export_run
 
     is_run = os.path.isdir(source)
     check_export(to)

@@ -15,8 +15,7 @@ from escort_mj.errors import UsageError
 from escort_mj.scenario import Scenario
 from escort_mj.scenario.arguments import argument_error
 from escort_mj.study.sweeps.definition import draws_of, load_study
-from escort_mj.study.sweeps.parameters import in_order
-from escort_mj.study.sweeps.ranges import Range, drawn
+from escort_mj.study.sweeps.values import Range, drawn, in_order
 from escort_mj.world.model.build import World
 
 STREAM = 20  # tells what is drawn here from all else that a mission's seed is for

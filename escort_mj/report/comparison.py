@@ -21,7 +21,7 @@ from escort_mj.record.tables import markdown as markdown_rows
 from escort_mj.report.figures.drawing.curves import draw_curves, log_scale, running_rms, timeline
 from escort_mj.report.figures.drawing.scales import heading
 from escort_mj.report.figures.drawing.style import FAILED, figure, rows_of_cells
-from escort_mj.study.compare.compare import LAW, LAWS, LOOP, title_of
+from escort_mj.study.compare import LAW, LAWS, LOOP, title_of
 from escort_mj.study.sweeps.quantities import COMPLETED, value_text
 from escort_mj.study.sweeps.results import Results
 from escort_mj.study.sweeps.statistics import LEVEL, Summary, counted

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.errors import UsageError
-from escort_mj.report.video.shots import plan_shot
+from escort_mj.report.video.camera import plan_shot, view_axes
 from escort_mj.view.gate import LOCAL, guarded
 from escort_mj.view.grips import Grips
 from escort_mj.view.panel import ControlPanel
@@ -90,7 +90,7 @@ class Viewer:
         view = shot.view(0.0)
         camera = self._server.initial_camera
         camera.look_at = view.look_at
-        camera.position = view.look_at - 1.2 * view.distance * view.axes[2]
+        camera.position = view.look_at - 1.2 * view.distance * view_axes(view.azimuth, view.elevation)[2]
         camera.fov = np.radians(45.0)
         self.tick(0.0)
         self._show_verdicts()

@@ -10,7 +10,7 @@ from escort_mj.api import load_scenario
 from escort_mj.errors import WriteError
 from escort_mj.mission import fly
 from escort_mj.record.folder import RunFolder, StoredRun, read_run
-from escort_mj.report.exports.states import write_states
+from escort_mj.report.exports import write_states
 from escort_mj.report.video.replay import replay_of
 from escort_mj.scenario import Scenario, parse_scenario
 

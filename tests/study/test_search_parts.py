@@ -7,10 +7,9 @@ import pytest
 from escort_mj.record.outcome import Verdict
 from escort_mj.study.engine.store import Row
 from escort_mj.study.search.asking import Asker, Told
-from escort_mj.study.search.robustness import broken_by, robustness
-from escort_mj.study.search.shrink import shrink
-from escort_mj.study.sweeps.parameters import filled, names_in_braces
-from escort_mj.study.sweeps.ranges import Range
+from escort_mj.study.search.evaluate import broken_by, robustness
+from escort_mj.study.search.falsify import shrink
+from escort_mj.study.sweeps.values import Range, filled, names_in_braces
 from tests.synthetic import make_verdict
 
 

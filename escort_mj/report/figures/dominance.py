@@ -15,8 +15,8 @@ from escort_mj.record.recording import Recorded
 from escort_mj.report.figures import teams
 from escort_mj.report.figures.drawing.look import NARROW
 from escort_mj.report.figures.drawing.style import WIDTH, Key, narrow
-from escort_mj.report.figures.opponents import opponents
 from escort_mj.report.figures.paths import bounds
+from escort_mj.report.figures.teams import opponents
 
 Array = NDArray[np.float64]
 

@@ -16,9 +16,9 @@ from escort_mj import palette
 from escort_mj.palette import LOST
 from escort_mj.record.episodes import apart_from
 from escort_mj.record.folder import MODEL, StoredRun
+from escort_mj.report.video.camera import plan_shot
 from escort_mj.report.video.marks import LAYERS, Mark, marks
 from escort_mj.report.video.replay import Replay, replay_of
-from escort_mj.report.video.shots import plan_shot
 from escort_mj.report.video.solids import floor_of, load_model, places, pose, solids_of
 
 if TYPE_CHECKING:

@@ -1,16 +1,19 @@
-"""Where the video's camera stands: as near as it can while everything it must show is in the picture.
+"""The video's camera: as near as it can be while everything it must show is in the picture, and its way.
 
-Pure numbers; the view is handed to MuJoCo as a free camera.
+It shows the whole mission where that stays readable, else it glides along. The view is handed to MuJoCo as a
+free camera.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import NamedTuple
+from dataclasses import dataclass, replace
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+
+from escort_mj.report.video.replay import Replay
 
 Array = NDArray[np.float64]
 
@@ -30,32 +33,6 @@ class View:
     distance: float
     azimuth: float
     elevation: float
-
-    @property
-    def axes(self) -> Array:
-        """The camera's right, up and forward as rows, shape (3, 3)."""
-        return view_axes(self.azimuth, self.elevation)
-
-    def project(self, points: Array, size: tuple[int, int], field_of_view: float) -> Array:
-        """Pixels (column, row) at which points appear.
-
-        Args:
-            points: Shape (..., 3) [m].
-            size: Width and height of the picture [pixel].
-            field_of_view: Vertical angle of the picture [deg].
-
-        Returns:
-            Shape (..., 2); NaN for points behind the camera.
-        """
-        right, up, forward = self.axes
-        eye = self.look_at - self.distance * forward
-        offset = np.asarray(points) - eye
-        depth = offset @ forward
-        depth = np.where(depth > 0, depth, np.nan)
-        scale = size[1] / 2 / math.tan(math.radians(field_of_view) / 2)
-        column = size[0] / 2 + scale * (offset @ right) / depth
-        row = size[1] / 2 - scale * (offset @ up) / depth
-        return np.stack([column, row], axis=-1)
 
 
 def view_axes(azimuth: float, elevation: float) -> Array:
@@ -111,3 +88,173 @@ def frame(
     ]
     distance = max(float(np.median(forward)) - depth, 1e-3)
     return View(np.array([*across, depth + distance]) @ axes, distance, azimuth, elevation)
+
+
+CameraName = Literal["overview", "follow", "top"]
+
+PLANAR_ELEVATION = -55.0
+SPACE_ELEVATION = -20.0
+ORBIT = 14.0  # degrees to either side: parallax shows depth
+LEAST_CIRCLE = 0.2  # of the picture's height, or else the camera glides along
+FRAMED_POINTS, FRAMED_MOMENTS, MOST_FRAMED = 400, 40, 20_000  # of a path: at most, at least, of all robots
+INSETS = Insets(side=0.025, top=0.12, bottom=0.09)  # room for words
+
+
+@dataclass(frozen=True)
+class Shot:
+    """A camera's way through a mission.
+
+    Attributes:
+        times: Key times [s].
+        look_at: Shape (k, 3) [m].
+        distance: Shape (k,) [m].
+        azimuth: Shape (k,) [deg].
+        elevation: [deg].
+    """
+
+    times: Array
+    look_at: Array
+    distance: Array
+    azimuth: Array
+    elevation: float
+
+    def view(self, time: float) -> View:
+        """Where the camera stands at a time."""
+        look_at = np.array([np.interp(time, self.times, axis) for axis in self.look_at.T])
+        distance = float(np.interp(time, self.times, self.distance))
+        return View(look_at, distance, float(np.interp(time, self.times, self.azimuth)), self.elevation)
+
+
+class Viewpoint(NamedTuple):
+    """Where the camera stands, as far as the user says so; None where the mission decides.
+
+    Attributes:
+        azimuth: Direction of view around the vertical [deg].
+        elevation: Direction of view above the horizon [deg].
+        distance: From the point it looks at [m].
+    """
+
+    azimuth: float | None = None
+    elevation: float | None = None
+    distance: float | None = None
+
+
+def plan_shot(
+    replay: Replay,
+    camera: CameraName,
+    field_of_view: float,
+    aspect: float,
+    calm: float,
+    stand: Viewpoint = Viewpoint(),  # noqa: B008
+) -> Shot:
+    """Plans the camera's way.
+
+    Args:
+        replay: The run.
+        camera: `overview`, `follow` or `top`.
+        field_of_view: Vertical angle of the picture [deg].
+        aspect: Width over height of the picture.
+        calm: Time over which a gliding camera's motion is smoothed [s].
+        stand: What of it the user chose.
+    """
+    elevation = -90.0 if camera == "top" else PLANAR_ELEVATION if replay.planar else SPACE_ELEVATION
+    if stand.elevation is not None:
+        elevation = stand.elevation
+    times = np.linspace(replay.time[0], replay.end, 200)
+    azimuth = np.full(len(times), 90.0)
+    if stand.azimuth is not None:
+        azimuth = np.full(len(times), stand.azimuth)
+    elif not replay.planar and camera != "top":
+        azimuth = _across(replay.target) + ORBIT * np.linspace(-1.0, 1.0, len(times))
+    optics = (field_of_view, aspect, INSETS)
+    if camera != "follow":
+        everything = _everything(replay)
+        views = [frame(everything, a, elevation, *optics) for a in azimuth]
+        nearest = 2 * replay.radius / (2 * views[0].distance * math.tan(math.radians(field_of_view) / 2))
+        if nearest >= LEAST_CIRCLE:
+            return _at(_shot(times, views), stand.distance)
+    views = [
+        frame(_around(replay, t, camera), a, elevation, *optics) for t, a in zip(times, azimuth, strict=True)
+    ]
+    return _at(_smooth(_shot(times, views), calm), stand.distance)
+
+
+def _at(shot: Shot, distance: float | None) -> Shot:
+    """The same way at a distance; None leaves it."""
+    return shot if distance is None else replace(shot, distance=np.full(len(shot.times), distance))
+
+
+def _shot(times: Array, views: list[View]) -> Shot:
+    look_at = np.array([view.look_at for view in views])
+    distance = np.array([view.distance for view in views])
+    azimuth = np.array([view.azimuth for view in views])
+    return Shot(times, look_at, distance, azimuth, views[0].elevation)
+
+
+def _smooth(shot: Shot, duration: float) -> Shot:
+    """The same way with the camera's place averaged over a time, so that it glides."""
+    spacing = shot.times[1] - shot.times[0]
+    half = int(np.clip(round(duration / max(spacing, 1e-9)), 0, len(shot.times) // 4))
+    if half == 0:
+        return shot
+    weight = np.hanning(2 * half + 3)[1:-1]
+    weight /= weight.sum()
+
+    def average(values: Array) -> Array:
+        return np.convolve(np.pad(values, half, mode="edge"), weight, mode="valid")
+
+    look_at = np.stack([average(axis) for axis in shot.look_at.T], axis=1)
+    return Shot(shot.times, look_at, average(shot.distance), shot.azimuth, shot.elevation)
+
+
+def _across(path: Array) -> float:
+    """Azimuth of a view across the main direction of a path, from the south side [deg]."""
+    level = path[:, :2] - path[:, :2].mean(axis=0)
+    if np.ptp(level, axis=0).max() < 1e-6:
+        return 75.0
+    heading = np.linalg.svd(level[:: max(1, len(level) // 1000)], full_matrices=False)[2][0]
+    return (math.degrees(math.atan2(heading[1], heading[0])) + 90.0) % 180.0 - 15.0
+
+
+def _circles(replay: Replay, centers: Array, radius: float | Array) -> Array:
+    """Points on the outline of circles or spheres, shape (k, 3)."""
+    angle = np.linspace(0.0, 2.0 * math.pi, 16, endpoint=False)
+    ring = np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1)
+    if not replay.planar:
+        ring = np.concatenate([ring, ring[:, [0, 2, 1]], ring[:, [2, 0, 1]]])
+    size = np.broadcast_to(np.asarray(radius, dtype=float), (len(centers),))
+    return (centers[:, None] + size[:, None, None] * ring).reshape(-1, 3)
+
+
+def _reach(replay: Replay) -> float:
+    """How far from the target robots are still followed: a diverged run must not shrink the picture [m]."""
+    start = np.linalg.norm(replay.robots[0] - replay.target[0], axis=-1).max()
+    return 2.0 * max(2.0 * replay.radius, float(start))
+
+
+def _everything(replay: Replay) -> Array:
+    """Points that the whole mission needs in the picture, shape (k, 3)."""
+    moments = max(FRAMED_MOMENTS, min(FRAMED_POINTS, MOST_FRAMED // replay.count))
+    rows = np.unique(np.linspace(0, len(replay.time) - 1, moments).astype(int))
+    target = replay.target[rows]
+    offset = replay.robots[rows] - target[:, None]
+    near = (np.linalg.norm(offset, axis=-1) <= _reach(replay)) & ~replay.lost[rows]
+    parts = [replay.robots[rows][near], replay.goals[rows].reshape(-1, 3)]
+    if replay.escorts:
+        parts += [_circles(replay, target[:: max(1, len(rows) // 40)], replay.radius)]
+        parts += [_circles(replay, target[-1:], replay.radius)]
+    if len(replay.obstacles):
+        radius = np.maximum(replay.safe_radius, replay.obstacle_radius)
+        for centers in (replay.obstacles[0], replay.obstacles[-1]):
+            parts += [_circles(replay, centers, radius), (centers[:, None] + replay.outlines).reshape(-1, 3)]
+    return np.concatenate(parts)
+
+
+def _around(replay: Replay, time: float, camera: CameraName) -> Array:
+    """Points that must be in the picture of a camera that goes with the target."""
+    moment = replay.at(time)
+    if camera == "follow":
+        return _circles(replay, moment.target[None], 1.6 * replay.radius)
+    near = np.linalg.norm(moment.robots - moment.target, axis=-1) <= _reach(replay)
+    near &= ~replay.lost[moment.sample]
+    return np.concatenate([_circles(replay, moment.target[None], 2.2 * replay.radius), moment.robots[near]])

@@ -13,10 +13,9 @@ from numpy.typing import NDArray
 from escort_mj import palette
 from escort_mj.record.folder import StoredRun
 from escort_mj.record.outcome import Verdict
-from escort_mj.report.video.camera import Insets, frame
+from escort_mj.report.video.camera import PLANAR_ELEVATION, SPACE_ELEVATION, Insets, Shot, frame
 from escort_mj.report.video.pen import Pen, circle
 from escort_mj.report.video.replay import Moment, Replay
-from escort_mj.report.video.shots import PLANAR_ELEVATION, SPACE_ELEVATION, Shot
 
 Array = NDArray[np.float64]
 

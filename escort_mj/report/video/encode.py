@@ -7,13 +7,39 @@ import shutil
 import subprocess
 from pathlib import Path
 from types import TracebackType
+from typing import Any, NamedTuple
 
-import mediapy
 import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.errors import RenderError, WriteError
-from escort_mj.report.video.formats import ENCODINGS
+
+
+class Encoding(NamedTuple):
+    """How frames are encoded.
+
+    Attributes:
+        encoder: The encoder in ffmpeg that must be there.
+        options: Of mediapy's writer.
+    """
+
+    encoder: str
+    options: dict[str, Any]
+
+
+def _options(codec: str, encoded_format: str, *arguments: str) -> dict[str, Any]:
+    return {"codec": codec, "encoded_format": encoded_format, "ffmpeg_args": arguments}
+
+
+ENCODINGS = {
+    ".mp4": Encoding(
+        "libx264",
+        _options("h264", "yuv420p", "-preset", "veryfast", "-movflags", "+faststart") | {"crf": 23},
+    ),
+    ".webp": Encoding("libwebp_anim", _options("libwebp_anim", "yuv420p", "-q:v", "60", "-loop", "0")),
+}
+"""By suffix."""
+
 
 FAULTS = (OSError, RuntimeError)  # a broken pipe to the encoder, or the encoder's own words
 LEAST_SPACE = 4 << 20  # bytes; with less the disk counts as full
@@ -70,6 +96,8 @@ class VideoFile:
         Raises:
             RenderError: If there is no ffmpeg, or it lacks the encoder.
         """
+        import mediapy  # slow to import
+
         ffmpeg = find_ffmpeg()
         mediapy.set_ffmpeg(ffmpeg)
         encoding = ENCODINGS[path.suffix]

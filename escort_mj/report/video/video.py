@@ -24,7 +24,7 @@ from escort_mj.errors import EscortError, RenderError, UsageError, WriteError
 from escort_mj.files import remove_left, replaced
 from escort_mj.gl import INSTALL_COMMAND, choose_backend
 from escort_mj.record.folder import CLIP, MODEL, VIDEO, StoredRun, read_run
-from escort_mj.report.video.formats import ENCODINGS
+from escort_mj.report.video.encode import ENCODINGS
 from escort_mj.scenario.reader.load import stored_scenario
 from escort_mj.scenario.schema.scenario import Video
 

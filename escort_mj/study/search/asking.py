@@ -12,7 +12,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, Literal, NamedTuple
 
 from escort_mj.errors import UsageError
-from escort_mj.study.sweeps.ranges import Range
+from escort_mj.study.sweeps.values import Range
 
 Point = dict[str, float | int]
 Goal = Literal["minimize", "maximize"]

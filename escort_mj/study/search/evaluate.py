@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from types import TracebackType
-from typing import Any
+from typing import Any, NamedTuple
 
 from escort_mj.errors import ScenarioError
 from escort_mj.files import write_text
+from escort_mj.record.outcome import Verdict
 from escort_mj.scenario import dump_scenario
 from escort_mj.scenario.findings import parse_key_path
 from escort_mj.scenario.schema.scenario import Scenario
@@ -155,3 +156,53 @@ def mean_of(rows: Sequence[Row], metric: str) -> float:
     """Mean of a metric over runs; not a number where a run has none."""
     values = [row.metrics.get(metric) for row in rows]
     return sum(math.nan if value is None else value for value in values) / len(values)
+
+
+BEST, WORST = 1.0, -2.0
+
+
+class Robustness(NamedTuple):
+    """The verdict that is nearest to breaking, or broken worst.
+
+    Attributes:
+        value: Its margin by its own scale, from -2 to 1; negative if and only if it is broken.
+        verdict: What it looks at and demands, in words.
+    """
+
+    value: float
+    verdict: str
+
+
+def robustness(row: Row, duration: float) -> Robustness:
+    """The least margin of all verdicts of a run.
+
+    A verdict's margin is divided by the sum of its size and of the value's, which makes it a number from -1
+    to 1 of the same sign whatever its unit. Verdicts without a margin, and those that hold with none to spare
+    because nothing happened (no contact where none may be), say nothing as long as they hold, and -1 once
+    they fail. A run that broke off has from -2 to -1, the less the sooner.
+
+    Args:
+        row: The run.
+        duration: How long it was to be [s].
+    """
+    if not row.passed and row.simulated_time < duration - 1e-6:
+        return Robustness(WORST + row.simulated_time / duration, f"outcome completed: {row.outcome}")
+    least = min((Robustness(_scaled(v), v.title) for v in row.verdicts), default=Robustness(BEST, "none"))
+    return least if row.passed or least.value < 0.0 else Robustness(-1.0, f"outcome completed: {row.outcome}")
+
+
+def broken_by(rows: Iterable[Row], duration: float) -> set[str]:
+    """What several runs break, in the words of `robustness`."""
+    words = {title for row in rows for title in row.failed}
+    return words | {weakest.verdict for row in rows if (weakest := robustness(row, duration)).value < 0.0}
+
+
+def _scaled(verdict: Verdict) -> float:
+    """A verdict's margin by its own scale."""
+    margin, value, passed = verdict.margin, verdict.value, verdict.passed
+    if margin is None or value is None or passed != (margin >= 0.0):  # or it was known to fail
+        return BEST if passed else -1.0
+    if math.isinf(margin):
+        return math.copysign(1.0, margin)
+    size = abs(margin) + abs(value)
+    return margin / size if margin else BEST

@@ -18,11 +18,10 @@ from escort_mj.study.engine.backends import Backend
 from escort_mj.study.engine.store import Row
 from escort_mj.study.engine.work import Job
 from escort_mj.study.search.asking import Asker, Told
-from escort_mj.study.search.evaluate import Evaluator, Point, base_of, mean_of
-from escort_mj.study.search.robustness import robustness
+from escort_mj.study.search.evaluate import Evaluator, Point, base_of, mean_of, robustness
 from escort_mj.study.search.tuned import Gain, Tuned, TunedPoint, trials_csv
+from escort_mj.study.sweeps.definition import MetricBound, Tune
 from escort_mj.study.sweeps.design import Design
-from escort_mj.study.sweeps.searches import MetricBound, Tune
 from escort_mj.study.sweeps.statistics import Array, bootstrap, pareto
 
 TRIALS, SUMMARY = "trials.csv", "tune.json"

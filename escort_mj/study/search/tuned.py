@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from escort_mj.record.tables import comma_separated, headed
+from escort_mj.study.sweeps.definition import Tune
 from escort_mj.study.sweeps.results import unit_of
-from escort_mj.study.sweeps.searches import Tune
 
 
 @dataclass(frozen=True)

@@ -29,11 +29,150 @@ from escort_mj.scenario.reader.load import read_text, tuples
 from escort_mj.scenario.reader.plain import document_of
 from escort_mj.scenario.schema.fields import LABEL, PATTERNS, RUN_NAME
 from escort_mj.scenario.schema.scenario import Scenario
-from escort_mj.study.sweeps.expected import CellsExpectation, KeptFigure
-from escort_mj.study.sweeps.parameters import NAME, names_in_braces
 from escort_mj.study.sweeps.quantities import ChosenMetric, MetricOver
-from escort_mj.study.sweeps.ranges import Draw, Levels, Range, Steps
-from escort_mj.study.sweeps.searches import Falsify, Tune
+from escort_mj.study.sweeps.values import NAME, Box, Draw, Levels, Range, Steps, names_in_braces
+
+Where = dict[str, Any]
+"""Factors, and the level of each, or a list of levels, in the words of tables."""
+
+
+class CellBound(MetricOver):
+    """A bound on a cell's median of a metric."""
+
+    at_most: float | None = None
+    """Upper bound, in the metric's unit."""
+    at_least: float | None = None
+    """Lower bound, in the metric's unit."""
+
+
+class Better(Parameters):
+    """A comparison of each cell with another one."""
+
+    than: Annotated[Where, Field(min_length=1)]
+    """What is different in the other cell: factors, and the level of each."""
+    quantities: Annotated[tuple[ChosenMetric, ...], Field(min_length=1)]
+    """Metrics. Medians count; one of them must be better, and none worse by more than 5 %."""
+    by: Annotated[float, Field(gt=0, lt=1)] = 0.05
+    """By which share one must be better at least."""
+
+
+class CellsExpectation(Parameters):
+    """What is expected of some cells: that their runs complete, and more."""
+
+    claim: Annotated[str, Field(pattern=LABEL)]
+    """What is claimed."""
+    source: Annotated[str, Field(max_length=200, pattern=TEXT)] = ""
+    """Who says so, and where."""
+    where: Where = {}
+    """Which cells it is about; empty: all."""
+    bounds: tuple[CellBound, ...] = ()
+    """What must hold in each of these cells."""
+    better: Better | None = None
+    """Than which other cells each of them must be better."""
+
+    def asked(self) -> Iterator[tuple[Path, MetricOver]]:
+        """Every metric that it names, and where."""
+        yield from ((("bounds", place), one) for place, one in enumerate(self.bounds))
+        if self.better is not None:
+            yield from (
+                (("better", "quantities", place), one) for place, one in enumerate(self.better.quantities)
+            )
+
+    def findings(self, path: Path) -> Iterator[Finding]:
+        """What is wrong between its keys, which stand at a path."""
+        for where, one in self.asked():
+            yield from one.findings((*path, *where))
+        for place, bound in enumerate(self.bounds):
+            if bound.at_most is None and bound.at_least is None:
+                yield Finding((*path, "bounds", place), "has no bound; give at_most or at_least")
+
+
+class KeptFigure(Parameters):
+    """A figure of runs that are kept, side by side."""
+
+    name: Annotated[str, Field(pattern=RUN_NAME)]
+    """Name of its file."""
+    title: Annotated[str, Field(max_length=200, pattern=TEXT)] = ""
+    """What stands above it."""
+    draw: str
+    """Which figure of a run, such as `panels` or `paths`."""
+    where: Annotated[Where, Field(min_length=1)]
+    """Which cells, up to four; the run with the first seed of each is shown."""
+
+
+class Search(Parameters):
+    """What tuning and falsifying have in common."""
+
+    over: Box
+    """Scenario keys or parameters, and the bounds within which each is searched."""
+    seed: Annotated[int, Field(ge=0, lt=2**32)] = 0
+    """Seed of the search."""
+    batch: Annotated[int, Field(ge=1, le=1000)] = 8
+    """Points that are chosen at once, before any of them is known; not the number of workers, so that the
+    search is the same on every machine."""
+
+
+class Falsify(Search):
+    """A search for a run that breaks a verdict."""
+
+    method: Literal["cmaes", "tpe", "random"] = "cmaes"
+    """CMA-ES, Bayesian (tree-structured Parzen estimators), or evenly at random."""
+    runs: Annotated[int, Field(ge=1, le=1_000_000)] = 1000
+    """Most runs of the search; shrinking what it finds takes some more."""
+    collect: PositiveInt = 1
+    """How many points that break a verdict end the search."""
+
+
+class Objective(MetricOver):
+    """A metric that is to become small, or large: its mean over cells and seeds counts."""
+
+    goal: Literal["minimize", "maximize"] = "minimize"
+    """Which way."""
+
+
+class MetricBound(CellBound):
+    """A bound on the mean of a metric over cells and seeds."""
+
+    at_most_own: PositiveFloat | None = None
+    """Upper bound as a multiple of what the scenario's own values come to, with the same seeds."""
+
+
+class Tune(Search):
+    """A search for better values, among those with which every verdict holds."""
+
+    objectives: Annotated[tuple[Objective, ...], Field(min_length=1, max_length=4)]
+    """What is to be reached; with several, the front of what cannot be bettered in all of them is sought."""
+    bounds: tuple[MetricBound, ...] = ()
+    """What must hold beside the scenario's own expectations."""
+    verdicts: bool = True
+    """Whether every verdict of every run must hold."""
+    trials: Annotated[int, Field(ge=1, le=100_000)] = 200
+    """Points to try; each takes a run for every cell and seed."""
+    sampler: Literal["tpe", "nsga2", "random"] | None = None
+    """Bayesian (tree-structured Parzen estimators), evolutionary (NSGA-II) or evenly at random; null: `tpe`
+    for one objective, `nsga2` for several."""
+    held_out: Annotated[int, Field(ge=0, le=100_000)] = 20
+    """Seeds beyond the study's own, with which the best values and the scenario's own are compared."""
+
+    @property
+    def method(self) -> str:
+        """The sampler that is used."""
+        return self.sampler or ("tpe" if len(self.objectives) == 1 else "nsga2")
+
+    def findings(self) -> Iterator[Finding]:
+        """What is wrong between its keys."""
+        for part, measured in (("objectives", self.objectives), ("bounds", self.bounds)):
+            for place, one in enumerate(measured):
+                yield from one.findings(("tune", part, place))
+        for place, bound in enumerate(self.bounds):
+            if bound.at_most is None and bound.at_least is None and bound.at_most_own is None:
+                message = f"has no bound; give at_most, at_least or at_most_own to {bound.metric}"
+                yield Finding(("tune", "bounds", place), message)
+        metrics = [objective.key for objective in self.objectives]
+        for place, metric in enumerate(metrics):
+            if metric in metrics[:place]:
+                yield Finding(("tune", "objectives", place, "metric"), f"{metric} is an objective already")
+
 
 MOST_CELLS = 10_000  # each is tried before anything runs, 10 ms
 MOST_RUNS = 1_000_000  # laid out at once, half a kilobyte each

@@ -29,11 +29,9 @@ from escort_mj.scenario.reader.dump import flow
 from escort_mj.scenario.reader.load import Template, read_text
 from escort_mj.scenario.reader.plugins import placed_in
 from escort_mj.scenario.schema.scenario import Physics, Recording, Scenario
-from escort_mj.study.sweeps.definition import MOST_RUNS, SCENARIO, Sample, Study, StudyFile, values_of
-from escort_mj.study.sweeps.parameters import filled, in_order
+from escort_mj.study.sweeps.definition import MOST_RUNS, SCENARIO, Sample, Study, StudyFile, Tune, values_of
 from escort_mj.study.sweeps.quantities import Measured
-from escort_mj.study.sweeps.ranges import drawn
-from escort_mj.study.sweeps.searches import Tune
+from escort_mj.study.sweeps.values import drawn, filled, in_order
 from escort_mj.world.model.parts import models_folder
 
 AROUND = {"cli", "conformance", "environments", "report", "study", "view"}  # rooms that no run comes from

@@ -11,8 +11,8 @@ from typing import NamedTuple
 from escort_mj.files import write_json, write_text
 from escort_mj.record.tables import markdown
 from escort_mj.record.window import WORDS
+from escort_mj.study.sweeps.definition import Better, CellBound, CellsExpectation
 from escort_mj.study.sweeps.design import cells_where
-from escort_mj.study.sweeps.expected import Better, CellBound, CellsExpectation
 from escort_mj.study.sweeps.quantities import COMPLETED, Quantity, value_text
 from escort_mj.study.sweeps.results import Results
 

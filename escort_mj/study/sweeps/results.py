@@ -21,9 +21,8 @@ from escort_mj.scenario.findings import parse_key_path
 from escort_mj.scenario.reader.dump import flow
 from escort_mj.scenario.reader.files.paths import locate
 from escort_mj.study.engine.store import Row, open_store
-from escort_mj.study.sweeps.definition import draws_of
+from escort_mj.study.sweeps.definition import CellsExpectation, KeptFigure, draws_of
 from escort_mj.study.sweeps.design import CASE, SAMPLE, Cell, Clock, Design, Planned, word
-from escort_mj.study.sweeps.expected import CellsExpectation, KeptFigure
 from escort_mj.study.sweeps.quantities import (
     COMPLETED,
     EFFORT,
@@ -36,7 +35,6 @@ from escort_mj.study.sweeps.quantities import (
     quantity_of,
     quantity_of_metric,
 )
-from escort_mj.study.sweeps.ranges import Range, Steps
 from escort_mj.study.sweeps.statistics import (
     LEVEL,
     Paired,
@@ -47,6 +45,7 @@ from escort_mj.study.sweeps.statistics import (
     pareto,
     proportion_of,
 )
+from escort_mj.study.sweeps.values import Range, Steps
 
 Array = NDArray[np.float64]
 

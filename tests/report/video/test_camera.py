@@ -2,9 +2,9 @@ import numpy as np
 import pytest
 
 from escort_mj.record.folder import read_run
-from escort_mj.report.video.camera import Insets, frame
+from escort_mj.report.video.camera import Insets, Viewpoint, frame, plan_shot
 from escort_mj.report.video.replay import replay_of
-from escort_mj.report.video.shots import Viewpoint, plan_shot
+from tests.report.video.projecting import project
 
 SIZE = (320, 180)
 FIELD = 45.0
@@ -17,7 +17,7 @@ INSETS = Insets(side=0.05, top=0.2, bottom=0.1)
 def test_the_nearest_camera_sees_every_point_and_leaves_the_rims_free(azimuth, elevation, stretch):
     points = np.random.default_rng(1).standard_normal((200, 3)) * stretch + [3, -8, 2]
     view = frame(points, azimuth, elevation, FIELD, SIZE[0] / SIZE[1], INSETS)
-    column, row = view.project(points, SIZE, FIELD).T
+    column, row = project(view, points, SIZE, FIELD).T
     left, right = 0.05 * SIZE[0], 0.95 * SIZE[0]
     top, bottom = 0.2 * SIZE[1], 0.9 * SIZE[1]
     assert column.min() > left - 1e-6 and column.max() < right + 1e-6
@@ -29,7 +29,7 @@ def test_the_nearest_camera_sees_every_point_and_leaves_the_rims_free(azimuth, e
 
 def test_a_point_behind_the_camera_has_no_pixel():
     view = frame(np.zeros((1, 3)), 90.0, -90.0, FIELD, 1.0, INSETS)
-    assert np.isnan(view.project(np.array([[0.0, 0.0, 1e6]]), SIZE, FIELD)).all()
+    assert np.isnan(project(view, np.array([[0.0, 0.0, 1e6]]), SIZE, FIELD)).all()
 
 
 @pytest.mark.parametrize("axes", [2, 3])
@@ -40,7 +40,7 @@ def test_everyone_is_in_the_picture_at_every_time(make_run, axes, camera):
     for time in np.linspace(0, replay.end, 9):
         moment = replay.at(time)
         everything = np.vstack([moment.robots, moment.target, moment.obstacles])
-        column, row = shot.view(time).project(everything, SIZE, FIELD).T
+        column, row = project(shot.view(time), everything, SIZE, FIELD).T
         assert column.min() > 0 and column.max() < SIZE[0] and row.min() > 0 and row.max() < SIZE[1]
 
 
@@ -48,7 +48,7 @@ def test_following_keeps_the_target_in_the_middle(make_run):
     replay = replay_of(read_run(make_run()).trace)
     shot = plan_shot(replay, "follow", FIELD, 16 / 9, 0.0)
     for time in (0.0, 2.5, replay.end):
-        place = shot.view(time).project(replay.at(time).target, SIZE, FIELD)
+        place = project(shot.view(time), replay.at(time).target, SIZE, FIELD)
         np.testing.assert_allclose(place, np.array(SIZE) / 2, atol=20)
 
 
@@ -78,7 +78,7 @@ def test_the_camera_stands_where_the_user_says(make_run, camera):
             time
         )
         assert (view.azimuth, view.elevation) == (30.0, -70.0)
-        target = view.project(replay.at(time).target, SIZE, FIELD)
+        target = project(view, replay.at(time).target, SIZE, FIELD)
         assert (target > 0).all() and (target < SIZE).all()
         far = plan_shot(replay, camera, FIELD, 16 / 9, 0.0, Viewpoint(distance=123.0)).view(time)
         assert far.distance == 123.0

@@ -9,10 +9,11 @@ from escort_mj import palette
 from escort_mj.record.folder import read_run
 from escort_mj.report.figures import figures
 from escort_mj.report.video import video
+from escort_mj.report.video.camera import plan_shot
 from escort_mj.report.video.replay import replay_of
-from escort_mj.report.video.shots import plan_shot
 from escort_mj.scenario import parse_scenario
 from tests.drawing import needs_gl
+from tests.report.video.projecting import project
 from tests.report.video.test_video import hue_distance, read
 
 SIZE = 640, 360
@@ -64,7 +65,7 @@ def test_each_robot_is_seen_along_x_y_z_in_its_color(folder):
     for number, sample in ((0, 0), (last, -1)):
         view = plan_shot(replay, "overview", 45.0, SIZE[0] / SIZE[1], 1.0).view(replay.time[sample])
         for (column, row), color in zip(
-            view.project(replay.robots[sample], SIZE, 45.0), palette.robot_colors(4), strict=True
+            project(view, replay.robots[sample], SIZE, 45.0), palette.robot_colors(4), strict=True
         ):
             pixel = frames[number, round(row), round(column)]
             assert hue_distance(pixel, color) < 0.1, (column, row, pixel)

@@ -14,13 +14,14 @@ from escort_mj.files import MACHINE, PARTIAL
 from escort_mj.record.folder import read_run
 from escort_mj.record.outcome import Outcome
 from escort_mj.report.video import video
+from escort_mj.report.video.camera import plan_shot
 from escort_mj.report.video.encode import VideoFile
 from escort_mj.report.video.film import ENDING
 from escort_mj.report.video.replay import replay_of
-from escort_mj.report.video.shots import plan_shot
 from escort_mj.scenario.schema.scenario import Video
 from tests.drawing import needs_gl
 from tests.limits import files_up_to
+from tests.report.video.projecting import project
 
 SMALL = Video(width=320, height=180, rate=5, speed=2.0)
 
@@ -61,7 +62,7 @@ def test_robots_are_where_the_trace_says_in_their_colors(rendered, share):
     replay, number = replay_of(read_run(rendered.folder).trace), round(share * 30)
     moment = replay.at(min(number * 0.2, replay.end))
     view = plan_shot(replay, "overview", 45.0, 320 / 180, 4.0).view(moment.time)
-    places = view.project(moment.robots, (320, 180), 45.0)
+    places = project(view, moment.robots, (320, 180), 45.0)
     for (column, row), color in zip(places, palette.robot_colors(5), strict=True):
         seen = rendered.frames[number, round(row), round(column)]
         assert hue_distance(seen, color) < 0.1, (column, row, seen)

@@ -21,7 +21,7 @@ from escort_mj.report.comparison import (
     summary_of,
 )
 from escort_mj.scenario import dump_scenario, parse_scenario
-from escort_mj.study.compare.compare import (
+from escort_mj.study.compare import (
     COMPARED,
     LAW,
     LAWS,
@@ -29,8 +29,9 @@ from escort_mj.study.compare.compare import (
     check_span,
     chosen_names,
     comparison_of,
+    controller_of,
+    outer_of,
 )
-from escort_mj.study.compare.laws import controller_of, outer_of
 from escort_mj.study.sweeps.definition import load_study
 from escort_mj.study.sweeps.design import Design
 from escort_mj.study.sweeps.results import Results, record_of

@@ -8,7 +8,7 @@ from escort_mj.api import scenarios_folder
 from escort_mj.errors import ScenarioError, UsageError
 from escort_mj.study.sweeps.definition import cells_of, load_study, values_of
 from escort_mj.study.sweeps.design import Design
-from escort_mj.study.sweeps.ranges import Steps
+from escort_mj.study.sweeps.values import Steps
 
 GOOD = """
 study: mass

@@ -2,7 +2,7 @@
 
 import pytest
 
-from escort_mj.study.sweeps.parameters import filled
+from escort_mj.study.sweeps.values import filled
 
 
 @pytest.mark.parametrize(

@@ -16,8 +16,8 @@ from escort_mj.report.figures.drawing.look import abreast, present
 from escort_mj.report.figures.drawing.style import FAILED, WIDTH, figure
 from escort_mj.report.figures.figures import plots_of
 from escort_mj.scenario.findings import did_you_mean, listed
+from escort_mj.study.sweeps.definition import KeptFigure
 from escort_mj.study.sweeps.design import cells_where
-from escort_mj.study.sweeps.expected import KeptFigure
 from escort_mj.study.sweeps.results import Results
 
 ZOOM = 1.18  # of a view in space

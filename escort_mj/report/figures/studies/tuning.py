@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from escort_mj.report.figures.drawing.style import figure
 from escort_mj.study.search.tuned import Tuned, TunedPoint
-from escort_mj.study.sweeps.searches import Objective, Tune
+from escort_mj.study.sweeps.definition import Objective, Tune
 
 KEPT, BROKEN, OWN, FRONT = "#3B6FB6", "#B9BEC6", "#B00020", "#1E7B4F"
 SPREAD = 8.0  # largest value over the least beyond which an axis is logarithmic

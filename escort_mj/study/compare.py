@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
-from escort_mj.control.outer_loops import OUTER_LOOPS
+from escort_mj.control.outer_loops import OUTER_LOOPS, OuterLoop
 from escort_mj.errors import UsageError
 from escort_mj.laws import LAWS as SHIPPED
 from escort_mj.laws import Law
@@ -16,7 +16,6 @@ from escort_mj.scenario import Scenario
 from escort_mj.scenario.findings import did_you_mean, key_path
 from escort_mj.scenario.geometry.team_gains import owners
 from escort_mj.scenario.reader.catalog import catalog_of
-from escort_mj.study.compare.laws import controller_of, outer_of
 
 LAW, LOOP = "controller", "mission.outer"
 """The factors of such a study."""
@@ -130,3 +129,28 @@ def chosen_names(
         if word not in names:
             raise UsageError(f"{option} {word}: allowed are {', '.join(names)}{did_you_mean(word, names)}")
     return list(dict.fromkeys(picked)) or list(default)
+
+
+def controller_of(base: Scenario, law: str) -> Law:
+    """A law with the gains of the scenario's own law, where both have them and mean the same by them.
+
+    Args:
+        base: The scenario.
+        law: Name of the law; the scenario's own law comes back as it is.
+    """
+    if base.controller.law == law:
+        return base.controller
+    (model,) = [model for model in catalog_of(base).of(Law) if model.own_name() == law]
+    own = model.own_keys | base.controller.own_keys | {"law"}
+    shared = [
+        key for key in type(base.controller).model_fields if key in model.model_fields and key not in own
+    ]
+    return model(**{key: getattr(base.controller, key) for key in shared})
+
+
+def outer_of(base: Scenario, loop: str) -> OuterLoop:
+    """An outer loop by its name: the scenario's own as it is, any other with its default gains."""
+    if base.mission.outer.loop == loop:
+        return base.mission.outer
+    (model,) = [model for model in OUTER_LOOPS if model.own_name() == loop]
+    return model.model_validate({})

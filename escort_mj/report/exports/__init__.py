@@ -1,1 +1,0 @@
-"""Runs for other programs: Foxglove, MuJoCo's own states."""

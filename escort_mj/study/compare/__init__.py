@@ -1,1 +1,0 @@
-"""Laws compared, and the paper's simulations reproduced."""
