@@ -89,15 +89,9 @@ def write_states(run: StoredRun, path: Path) -> None:
     if count > 1:
         qvel[0] = qvel[1]
     text = (run.path / MODEL).read_text(encoding="utf-8")
-    arrays = {
-        "time": replay.time,
-        "qpos": qpos,
-        "qvel": qvel,
-        "mocap_pos": mocap_pos,
-        "mocap_quat": mocap_quat,
-    }
+    arrays = {"qpos": qpos, "qvel": qvel, "mocap_pos": mocap_pos, "mocap_quat": mocap_quat}
     with replaced(path) as temporary, temporary.open("wb") as file:
-        np.savez_compressed(file, allow_pickle=False, model=np.array(text), **arrays)
+        np.savez_compressed(file, allow_pickle=False, model=np.array(text), time=replay.time, **arrays)
 
 
 def _target_shadows(model: mujoco.MjModel, target: NDArray[np.float64]) -> dict[int, NDArray[np.float64]]:

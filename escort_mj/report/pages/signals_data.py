@@ -6,6 +6,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+from matplotlib.colors import to_hex
 from numpy.typing import NDArray
 
 from escort_mj import palette
@@ -22,7 +23,7 @@ Array = NDArray[np.float64]
 MOST_NUMBERS = 250_000  # of all curves together: four bytes each
 FEWEST, MOST = 150, 1500  # points of a curve
 BANDS = ("least", "median", "most")
-BAND_COLORS = ("0072B2", "1A1A1A", "C8001E")
+BAND_COLORS = ("#0072B2", "#1A1A1A", "#C8001E")
 
 
 class Curve(NamedTuple):
@@ -77,7 +78,7 @@ def signals_data(trace: xarray.Dataset) -> dict[str, Any]:
     count, time = trace.sizes["robot"], trace["time"].values
     crowd = count > palette.MOST_LINES
     names = BANDS if crowd else [f"robot {k + 1}" for k in range(count)]
-    colors = BAND_COLORS if crowd else [_hexadecimal(color) for color in palette.robot_colors(count)]
+    colors = BAND_COLORS if crowd else [to_hex(color) for color in palette.robot_colors(count)]
     points = int(np.clip(MOST_NUMBERS // (len(CURVES) * len(names)), FEWEST, MOST))
     starts = np.unique(np.linspace(0, len(time), min(points, len(time)), endpoint=False).astype(int))
     signals = []
@@ -94,10 +95,6 @@ def signals_data(trace: xarray.Dataset) -> dict[str, Any]:
     return {
         "time": packed(time[starts], "<f4"),
         "names": list(names),
-        "colors": [f"#{color}" for color in colors],
+        "colors": list(colors),
         "signals": signals,
     }
-
-
-def _hexadecimal(color: palette.Color) -> str:
-    return "".join(f"{round(255 * channel):02x}" for channel in color)

@@ -111,7 +111,7 @@ def marks(
         "shadows": scene.shadows,
         "safe": lambda: chain(scene.obstacles(), scene.borders()),
         "escort": scene.escort,
-        "links": partial(scene.crowd_links, forward) if scene.crowd else scene.links,
+        "links": partial(scene.links, forward),
         "knowledge": scene.knowledge,
         "returns": scene.returns,
         "trails": partial(scene.trails, trail),
@@ -240,24 +240,21 @@ class _Scene:
             for normal in (2, 0, 1):
                 yield ring._replace(name=f"{k} {normal}", alpha=0.45, width=1.0, normal=normal)
 
-    def links(self) -> Iterator[Mark]:
-        """Who hears whom, without a radio who is whose neighbor."""
-        for a, b in self.replay.tethers:
-            ends = np.vstack([self.moment.target, self.moment.robots])[[a, b]]
-            yield Mark("links", "line", f"tether {a} {b}", ends, palette.LIMIT, 0.9, width=2.5)
-        heard = self.replay.communicates
-        color, alpha = (palette.RADIO, 0.5) if heard else (palette.LIMIT, 0.35)
-        for i, j in self.replay.linked(self.moment.sample):
-            yield Mark("links", "line", f"{i} {j}", self.moment.robots[[i, j]], color, alpha, width=1.5)
+    def links(self, forward: Array | None) -> Iterator[Mark]:
+        """Tethers, and who hears whom, without a radio who is whose neighbor.
 
-    def crowd_links(self, forward: Array | None) -> Iterator[Mark]:
-        """The same of those in a crowd that are near; in space on this side of the target."""
-        replay, robots = self.replay, self.moment.robots
+        Of a crowd without tethers, those that are near; in space on this side of the target.
+        """
+        replay, target, robots = self.replay, self.moment.target, self.moment.robots
+        for a, b in () if self.crowd else replay.tethers:
+            ends = np.vstack([target, robots])[[a, b]]
+            yield Mark("links", "line", f"tether {a} {b}", ends, palette.LIMIT, 0.9, width=2.5)
         pairs = replay.linked(self.moment.sample)
-        near = NEAR * widest_spacing(replay.count, 2 if replay.planar else 3, replay.radius)
-        pairs = pairs[np.linalg.norm(np.diff(robots[pairs], axis=1)[:, 0], axis=1) < near]
-        if not replay.planar and forward is not None:
-            pairs = pairs[(robots[pairs].mean(axis=1) - self.moment.target) @ forward < 0.0]
+        if self.crowd:
+            near = NEAR * widest_spacing(replay.count, 2 if replay.planar else 3, replay.radius)
+            pairs = pairs[np.linalg.norm(np.diff(robots[pairs], axis=1)[:, 0], axis=1) < near]
+            if not replay.planar and forward is not None:
+                pairs = pairs[(robots[pairs].mean(axis=1) - target) @ forward < 0.0]
         color, alpha = (palette.RADIO, 0.5) if replay.communicates else (palette.LIMIT, 0.35)
         for i, j in pairs:
             yield Mark("links", "line", f"{i} {j}", robots[[i, j]], color, alpha, width=1.5)

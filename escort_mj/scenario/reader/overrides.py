@@ -30,7 +30,7 @@ def apply(document: Document, overrides: Overrides) -> list[Fault]:
     if not _OVERRIDES.accepts(overrides):
         raise argument_error("overrides", overrides, _OVERRIDES.words)
     faults: list[Fault] = []
-    for place, path, value in _read(overrides, faults):
+    for place, path, value in read_overrides(overrides, faults):
         if path == ("plugins",):
             value = placed_in(FilePath(), value)
         try:
@@ -40,7 +40,7 @@ def apply(document: Document, overrides: Overrides) -> list[Fault]:
     return faults
 
 
-def _read(overrides: Overrides, faults: list[Fault]) -> Iterator[tuple[Place, Path, Any]]:
+def read_overrides(overrides: Overrides, faults: list[Fault]) -> Iterator[tuple[Place, Path, Any]]:
     """What to call each override, its key path and its value; what is wrong with one goes to the faults."""
     if isinstance(overrides, Mapping):
         for key, value in overrides.items():
@@ -62,7 +62,7 @@ def _read(overrides: Overrides, faults: list[Fault]) -> Iterator[tuple[Place, Pa
         return
     for override in [overrides] if isinstance(overrides, str) else overrides:
         if isinstance(override, Mapping):
-            yield from _read(override, faults)
+            yield from read_overrides(override, faults)
             continue
         key, equals, text = override.partition("=")
         place = Place("--set " + (override if len(override) <= 80 else override[:77] + "..."))

@@ -23,9 +23,10 @@ from escort_mj.scenario.findings import (
     shown,
 )
 from escort_mj.scenario.reader import explain
-from escort_mj.scenario.reader.document import Document, Place, read_document
+from escort_mj.scenario.reader.document import Document, read_document
 from escort_mj.scenario.reader.dump import flow
 from escort_mj.scenario.reader.load import read_text, tuples
+from escort_mj.scenario.reader.overrides import read_overrides
 from escort_mj.scenario.reader.plain import document_of
 from escort_mj.scenario.schema.fields import LABEL, PATTERNS, RUN_NAME
 from escort_mj.scenario.schema.scenario import Scenario
@@ -341,23 +342,17 @@ def _override(document: Document, overrides: Sequence[str]) -> None:
     """
     before = document.data.get("set")
     table = document.data["set"] = dict(before) if isinstance(before, dict) else {}
-    for text in overrides:
-        key, equals, value = text.partition("=")
-        key, place = key.strip(), Place(f"--set {shortened(text, 80)}")
-        if not equals or parse_key_path(key) is None:
-            message = "expected key.path=value, such as robots.count=7"
-            raise ScenarioError([Fault(message, source=place.source)])
-        try:
-            table[key] = read_document(value, place.source).data
-        except ScenarioError as error:
-            faults = [Fault(fault.message, key, source=place.source) for fault in error.faults]
-            raise ScenarioError(faults) from None
-        path = "set", key
+    faults: list[Fault] = []
+    for place, key, value in read_overrides(overrides, faults):
+        path = "set", key_path(key)
+        table[path[1]] = value
         for places in (document.values, document.keys):
             for stale in [known for known in places if known[:2] == path]:
                 del places[stale]
             places[path] = place
         document.overridden.add(path)
+    if faults:
+        raise ScenarioError(faults)
 
 
 def _written(data: Mapping[str, Any]) -> str:

@@ -7,6 +7,7 @@ from typing import Any
 
 import matplotlib
 import numpy as np
+import pandas
 from matplotlib.axes import Axes
 from matplotlib.colors import LogNorm, Normalize
 from numpy.typing import NDArray
@@ -16,7 +17,6 @@ from escort_mj.report.figures.drawing.scales import Scale, logarithmic, readable
 from escort_mj.report.figures.drawing.style import figure, panels
 from escort_mj.study.sweeps.quantities import RATES, Quantity
 from escort_mj.study.sweeps.results import Factor, Results
-from escort_mj.study.sweeps.statistics import Summary, proportion_of
 
 Array = NDArray[np.float64]
 
@@ -68,17 +68,11 @@ def _table(
     results: Results, quantity: str, x: Factor, y: Factor, by: Factor | None, level: int | None
 ) -> Array:
     """Share or median per level of both factors, shape (levels of y, levels of x); NaN for none."""
-    values = results.values(quantity)
-    inside = np.ones(len(values), dtype=bool)
-    if by is not None:
-        inside = results.levels[by.name] == level
-    found = np.full((len(y.levels), len(x.levels)), np.nan)
-    for row in range(len(y.levels)):
-        for column in range(len(x.levels)):
-            here = inside & (results.levels[x.name] == column) & (results.levels[y.name] == row)
-            some = values[here]
-            found[row, column] = proportion_of(some).share if quantity in RATES else Summary(some).median
-    return found
+    places = {"row": results.levels[y.name], "column": results.levels[x.name]}
+    runs = pandas.DataFrame({"value": results.values(quantity), **places})
+    inside = runs if by is None else runs[results.levels[by.name] == level]
+    found = inside.groupby([*places])["value"].agg("mean" if quantity in RATES else "median").unstack()
+    return found.reindex(index=range(len(y.levels)), columns=range(len(x.levels))).to_numpy()
 
 
 def _panel(axes: Axes, table: Array, scale: Scale, quantity: Quantity, x: Factor, y: Factor) -> Any:
