@@ -106,7 +106,7 @@ def frame(stage: Stage, marked: bool) -> tuple[float, float]:
         film.pose(stage.model, stage.data, moment.qpos, moment.target)
         view = shot.view(moment.time)
         stage.model.stat.extent = view.distance
-        stage.renderer.update_scene(stage.data, film._camera(view), film.in_space())
+        stage.renderer.update_scene(stage.data, film.free_camera(view), film.in_space())
         start = time.process_time()
         if marked:
             flags = replay.avoiding[0], replay.touching[0]

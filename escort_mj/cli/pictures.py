@@ -28,7 +28,8 @@ if TYPE_CHECKING:
 )
 def render_command(
     run_folder: RunFolder,
-    camera: Literal["overview", "follow", "top"] | None = None,
+    camera: Literal["overview", "follow", "top", "robot"] | None = None,
+    robot: int | None = None,
     azimuth: float | None = None,
     elevation: float | None = None,
     distance: float | None = None,
@@ -57,6 +58,7 @@ def render_command(
 
     Args:
         camera: Camera of the video; None for the scenario's.
+        robot: Robot that the camera `robot` goes behind.
         azimuth: Direction of view around the vertical [deg].
         elevation: Direction of view above the horizon [deg]; -90 looks straight down.
         distance: Distance of the camera from the point it looks at [m].
@@ -74,6 +76,7 @@ def render_command(
     """
     changes: dict[str, Any] = {
         "camera": camera,
+        "robot": robot,
         "azimuth": azimuth,
         "elevation": elevation,
         "distance": distance,

@@ -50,6 +50,7 @@ class Camera:
                     world.sizes,
                     facts_of(scenario, world),
                     scenario.video.camera,
+                    scenario.video.robot - 1,
                     world.assets,
                 )
             )

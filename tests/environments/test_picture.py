@@ -60,9 +60,16 @@ def test_gymnasium_records_a_video(tmp_path: Path, monkeypatch: pytest.MonkeyPat
 
 
 @needs_gl
-@pytest.mark.parametrize("name", [pytest.param("paper/case1_3d", marks=pytest.mark.slow), "sixteen_cell"])
-def test_missions_in_more_axes_and_frames_left_out(name: str) -> None:
-    simulation = Simulation(load_scenario(name, SHORT))
+@pytest.mark.parametrize(
+    ("name", "shown"),
+    [
+        pytest.param("paper/case1_3d", "overview", marks=pytest.mark.slow),
+        ("sixteen_cell", "overview"),
+        ("main", "robot"),
+    ],
+)
+def test_cameras_missions_in_more_axes_and_frames_left_out(name: str, shown: str) -> None:
+    simulation = Simulation(load_scenario(name, SHORT).replace({"video.camera": shown, "video.robot": 2}))
     camera = Camera(simulation, (160, 90))
     simulation.reset()
     first = camera.picture()

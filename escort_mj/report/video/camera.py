@@ -90,10 +90,11 @@ def frame(
     return View(np.array([*across, depth + distance]) @ axes, distance, azimuth, elevation)
 
 
-CameraName = Literal["overview", "follow", "top"]
+CameraName = Literal["overview", "follow", "top", "robot"]
 
 PLANAR_ELEVATION = -55.0
 SPACE_ELEVATION = -20.0
+BEHIND, BEHIND_ELEVATION = 14.0, -20.0  # radii of the robot, degrees: of the camera behind it
 ORBIT = 14.0  # degrees to either side: parallax shows depth
 LEAST_CIRCLE = 0.2  # of the picture's height, or else the camera glides along
 FRAMED_POINTS, FRAMED_MOMENTS, MOST_FRAMED = 400, 40, 20_000  # of a path: at most, at least, of all robots
@@ -129,6 +130,7 @@ class Viewpoint(NamedTuple):
     """Where the camera stands, as far as the user says so; None where the mission decides.
 
     Attributes:
+        robot: That the camera `robot` goes behind, from 0.
         azimuth: Direction of view around the vertical [deg].
         elevation: Direction of view above the horizon [deg].
         distance: From the point it looks at [m].
@@ -137,6 +139,7 @@ class Viewpoint(NamedTuple):
     azimuth: float | None = None
     elevation: float | None = None
     distance: float | None = None
+    robot: int = 0
 
 
 def plan_shot(
@@ -151,7 +154,7 @@ def plan_shot(
 
     Args:
         replay: The run.
-        camera: `overview`, `follow` or `top`.
+        camera: `overview`, `follow`, `top` or `robot`.
         field_of_view: Vertical angle of the picture [deg].
         aspect: Width over height of the picture.
         calm: Time over which a gliding camera's motion is smoothed [s].
@@ -161,6 +164,8 @@ def plan_shot(
     if stand.elevation is not None:
         elevation = stand.elevation
     times = np.linspace(replay.time[0], replay.end, 200)
+    if camera == "robot":
+        return _at(_behind(replay, times, calm, stand), stand.distance)
     azimuth = np.full(len(times), 90.0)
     if stand.azimuth is not None:
         azimuth = np.full(len(times), stand.azimuth)
@@ -177,6 +182,21 @@ def plan_shot(
         frame(_around(replay, t, camera), a, elevation, *optics) for t, a in zip(times, azimuth, strict=True)
     ]
     return _at(_smooth(_shot(times, views), calm), stand.distance)
+
+
+def _behind(replay: Replay, times: Array, calm: float, stand: Viewpoint) -> Shot:
+    """The way of a camera that goes behind a robot; it keeps its direction while the robot stands still."""
+    path = np.array([replay.at(time).robots[stand.robot] for time in times])
+    distance = np.full(len(times), BEHIND * float(replay.robot_radius[stand.robot]))
+    elevation = BEHIND_ELEVATION if stand.elevation is None else stand.elevation
+    glide = _smooth(Shot(times, path, distance, distance, elevation), calm)
+    step = np.gradient(glide.look_at[:, :2], axis=0)
+    moves = np.linalg.norm(step, axis=1) > 1e-3 * distance[0]
+    azimuth = np.full(len(times), 90.0 if stand.azimuth is None else stand.azimuth)
+    if stand.azimuth is None and moves.any():
+        last = np.maximum.accumulate(np.where(moves, np.arange(len(times)), np.argmax(moves)))
+        azimuth = np.degrees(np.unwrap(np.arctan2(step[last, 1], step[last, 0])))
+    return Shot(times, path, distance, azimuth, elevation)
 
 
 def _at(shot: Shot, distance: float | None) -> Shot:

@@ -75,7 +75,10 @@ class Film:
         self._data = mujoco.MjData(model)
         self._glow = GLOW * video.speed
         self._aspect = video.width / video.height
-        stand, angle = Viewpoint(video.azimuth, video.elevation, video.distance), model.vis.global_.fovy
+        stand, angle = (
+            Viewpoint(video.azimuth, video.elevation, video.distance, video.robot - 1),
+            model.vis.global_.fovy,
+        )
         self._trail = TRAIL * video.speed
         self._overlay = Overlay(title, video.speed, replay.count, self.size)
         self._ends = clip is not None or end >= replay.end
@@ -111,7 +114,7 @@ class Film:
         avoiding, touching = replay.lately(moment, self._glow)
         view, scene = self._shot.view(moment.time), self._renderer.scene
         self._model.stat.extent = view.distance  # near and far limits of the view are given in it
-        self._renderer.update_scene(self._data, _camera(view), in_space())
+        self._renderer.update_scene(self._data, free_camera(view), in_space())
         skip_sky(scene, self._aspect)
         halos = None if rings else (avoiding, touching)
         draw_marks(scene, replay, moment, self._trail, halos, self.size[0])
@@ -202,8 +205,8 @@ def in_space() -> mujoco.MjvOption:
     return option
 
 
-def _camera(view: View) -> mujoco.MjvCamera:
-    """A view as MuJoCo takes it."""
+def free_camera(view: View) -> mujoco.MjvCamera:
+    """Return a view as MuJoCo takes it."""
     camera = mujoco.MjvCamera()
     camera.type = mujoco.mjtCamera.mjCAMERA_FREE
     camera.lookat[:] = view.look_at

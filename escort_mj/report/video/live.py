@@ -15,7 +15,7 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Mapping
-from typing import IO, Any, NamedTuple
+from typing import IO, TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +24,9 @@ from escort_mj.errors import EscortError, RenderError
 from escort_mj.record.recording import record
 from escort_mj.report.video.video import drawing_environment
 from escort_mj.signals import TIME, record_size
+
+if TYPE_CHECKING:
+    from escort_mj.report.video.camera import CameraName
 
 Array = NDArray[np.float64]
 Picture = NDArray[np.uint8]
@@ -39,14 +42,16 @@ class Subject(NamedTuple):
         xml: The model, as text.
         sizes: Size of each dimension of a sample.
         labels: See `record`.
-        camera: `overview`, `follow` or `top`.
+        camera: `overview`, `follow`, `top` or `robot`.
+        robot: That the camera `robot` goes behind, from 0.
         assets: Files that the model names.
     """
 
     xml: str
     sizes: dict[str, int]
     labels: dict[str, Any]
-    camera: str
+    camera: CameraName
+    robot: int
     assets: Mapping[str, bytes] = {}
 
 
@@ -154,7 +159,8 @@ class _MissionPicture:
         """Return a picture of the newest sample."""
         import mujoco
 
-        from escort_mj.report.video.film import GLOW, in_space
+        from escort_mj.report.video.camera import Viewpoint, plan_shot
+        from escort_mj.report.video.film import GLOW, free_camera, in_space
         from escort_mj.report.video.pen import draw_marks
         from escort_mj.report.video.replay import replay_of
         from escort_mj.report.video.solids import pose
@@ -165,7 +171,13 @@ class _MissionPicture:
         moment = replay.at(replay.end)
         pose(self._model, self._data, moment.qpos, moment.target)
         mujoco.mj_camlight(self._model, self._data)
-        self._renderer.update_scene(self._data, CAMERAS[self._subject.camera], in_space())
+        camera: Any = CAMERAS.get(self._subject.camera)
+        if camera is None:
+            angle, behind = self._model.vis.global_.fovy, Viewpoint(robot=self._subject.robot)
+            shot = plan_shot(replay, self._subject.camera, angle, 1.0, 1.0, behind)
+            camera = free_camera(shot.view(replay.end))
+            self._model.stat.extent = camera.distance
+        self._renderer.update_scene(self._data, camera, in_space())
         halos = replay.lately(moment, GLOW)
         draw_marks(self._renderer.scene, replay, moment, TRAIL, halos, self._width)
         return np.asarray(self._renderer.render())

@@ -99,6 +99,8 @@ def check_video(mission: Mission) -> Iterator[Finding]:
         yield Finding(("video", "start"), words, late=f"the video begins at {start:g} s")
     if end is not None and end <= start:
         yield Finding(("video", "end"), f"found {end:g} s; expected more than the start, {start:g} s")
+    if scenario.video.robot > mission.count:
+        yield Finding(("video", "robot"), f"found {scenario.video.robot}; allowed are 1 to {mission.count}")
 
 
 def _check_condition(mission: Mission, when: Rule, path: Path) -> Iterator[Finding]:

@@ -163,8 +163,11 @@ class Video(Parameters):
     """Frames per second of the video."""
     speed: Annotated[float, Field(ge=1e-3, le=1e6)] = 4.0
     """Simulated seconds per second of the video."""
-    camera: Literal["overview", "follow", "top"] = "overview"
-    """`overview` shows the whole mission, `follow` follows the target, `top` looks straight down."""
+    camera: Literal["overview", "follow", "top", "robot"] = "overview"
+    """`overview` shows the whole mission, `follow` follows the target, `top` looks straight down,
+    `robot` goes behind one robot."""
+    robot: Annotated[int, Field(ge=1)] = 1
+    """Robot that the camera `robot` goes behind."""
     azimuth: Annotated[float, Field(ge=-360, le=360)] | None = None
     """Direction in which the camera looks, around the vertical [deg]; 90 looks along +y; null: chosen for the
     mission."""

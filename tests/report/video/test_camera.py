@@ -52,6 +52,28 @@ def test_following_keeps_the_target_in_the_middle(make_run):
         np.testing.assert_allclose(place, np.array(SIZE) / 2, atol=20)
 
 
+def test_a_camera_goes_behind_a_robot(make_run):
+    replay = replay_of(read_run(make_run(axes=3)).trace)
+    for robot in range(replay.count):
+        shot = plan_shot(replay, "robot", FIELD, 16 / 9, 0.0, Viewpoint(robot=robot))
+        for time in (1.0, 2.5):
+            view, here = shot.view(time), replay.at(time).robots[robot]
+            np.testing.assert_allclose(project(view, here, SIZE, FIELD), np.array(SIZE) / 2, atol=20)
+            step = (replay.at(time + 0.05).robots[robot] - replay.at(time - 0.05).robots[robot])[:2]
+            ahead = np.array([np.cos(np.radians(view.azimuth)), np.sin(np.radians(view.azimuth))])
+            assert step @ ahead > 0.95 * np.linalg.norm(step)
+
+
+def test_behind_a_robot_that_stands_the_camera_keeps_its_direction(make_run):
+    trace = read_run(make_run()).trace
+    trace["q"][:, 0] = trace["q"][0, 0].values
+    still = plan_shot(replay_of(trace), "robot", FIELD, 16 / 9, 0.0)
+    assert {still.view(time).azimuth for time in (0.0, 2.0)} == {90.0}
+    trace["q"][:, 0, 0] += np.minimum(trace["time"].values, 1.0)
+    stops = plan_shot(replay_of(trace), "robot", FIELD, 16 / 9, 0.0)
+    assert all(abs(stops.view(time).azimuth) < 1e-6 for time in (0.0, 0.5, 2.0, 4.0))
+
+
 def test_a_long_way_is_followed_rather_than_shrunk(make_run):
     trace = read_run(make_run()).trace
     trace["target_position"] = trace["target_position"] * 100
