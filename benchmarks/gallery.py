@@ -39,6 +39,7 @@ MOMENTS = {
     "robots/surface_vessel": 0.25,
     "worlds/pushed": 0.4,
     "worlds/corridor": 0.45,
+    "worlds/depot": 0.68,
     "worlds/squeeze": 0.42,
     "goals/swap": 0.2,
     "goals/swap_32": 0.22,
