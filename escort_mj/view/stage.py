@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from escort_mj import palette
 from escort_mj.palette import LOST
 from escort_mj.report.video.marks import LAYERS, Mark, marks
-from escort_mj.report.video.pen import lines_of
 from escort_mj.report.video.replay import Moment, Replay
+from escort_mj.report.video.scene import lines_of
 from escort_mj.report.video.solids import Mesh, floor_of, places, pose, solids_of
 
 if TYPE_CHECKING:

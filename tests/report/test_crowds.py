@@ -11,8 +11,8 @@ from escort_mj.report.figures import paths, timelines
 from escort_mj.report.figures.drawing import curves, style
 from escort_mj.report.figures.figures import draw_figures
 from escort_mj.report.video.marks import marks
-from escort_mj.report.video.pen import Pen
 from escort_mj.report.video.replay import replay_of
+from escort_mj.report.video.scene import Pen
 
 COUNT = palette.MOST_LINES + 20
 GEOM = mujoco.mjtGeom

@@ -6,9 +6,9 @@ import pytest
 
 from escort_mj.record.outcome import Verdict
 from escort_mj.study.engine.store import Row
-from escort_mj.study.search.asking import Asker, Told
 from escort_mj.study.search.evaluate import broken_by, robustness
 from escort_mj.study.search.falsify import shrink
+from escort_mj.study.search.optimizer import Optimizer, PointResult
 from escort_mj.study.sweeps.values import Range, filled, names_in_braces
 from tests.synthetic import make_verdict
 
@@ -69,11 +69,11 @@ BOX = {
 
 def hunt(method: str, seed: int = 1, batches: int = 12) -> list[dict]:
     """Points asked for on the way to the least of a bowl around x = 2, y = 1, n = 3."""
-    asker, seen = Asker(BOX, method, seed, 8), []
+    optimizer, seen = Optimizer(BOX, method, seed, 8), []
     for _ in range(batches):
-        points = asker.ask(8)
+        points = optimizer.ask(8)
         seen += points
-        asker.tell([Told([height(point)] if point["x"] > -4 else None) for point in points])
+        optimizer.tell([PointResult([height(point)] if point["x"] > -4 else None) for point in points])
     return seen
 
 
@@ -96,16 +96,16 @@ class TestAsking:
         assert min(points[-24:]) < 0.5 and min(points[-24:]) < min(points[:16])
 
     def test_a_point_of_ones_own_comes_first(self):
-        asker = Asker(BOX, "tpe", 0, 4)
-        asker.suggest({"x": 1.5, "y": 2.0, "n": 4})
-        assert asker.ask(2)[0] == {"x": 1.5, "y": 2.0, "n": 4}
+        optimizer = Optimizer(BOX, "tpe", 0, 4)
+        optimizer.suggest({"x": 1.5, "y": 2.0, "n": 4})
+        assert optimizer.ask(2)[0] == {"x": 1.5, "y": 2.0, "n": 4}
 
     def test_constraints_are_heeded(self):
-        asker, seen = Asker(BOX, "tpe", 0, 8), []
+        optimizer, seen = Optimizer(BOX, "tpe", 0, 8), []
         for _ in range(12):
-            points = asker.ask(8)
+            points = optimizer.ask(8)
             seen += points
-            asker.tell([Told([height(p)], {"left": p["x"]}) for p in points])
+            optimizer.tell([PointResult([height(p)], {"left": p["x"]}) for p in points])
         assert sum(point["x"] <= 0 for point in seen[-32:]) > 20
 
 

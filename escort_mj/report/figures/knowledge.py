@@ -32,7 +32,7 @@ from escort_mj.report.figures.drawing.curves import (
     timeline,
 )
 from escort_mj.report.figures.drawing.style import Key, name_robots
-from escort_mj.report.figures.losses import heard_links, lost_keys
+from escort_mj.report.figures.links import heard_links, lost_keys
 from escort_mj.report.figures.teams import colored, colors_at
 
 Array = NDArray[np.float64]

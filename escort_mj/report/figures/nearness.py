@@ -22,7 +22,7 @@ from escort_mj.report.figures.drawing.curves import (
     timeline,
 )
 from escort_mj.report.figures.drawing.style import Key, name_robots
-from escort_mj.report.figures.losses import lost_keys
+from escort_mj.report.figures.links import lost_keys
 from escort_mj.report.video.replay import safe_radius
 
 Array = NDArray[np.float64]

@@ -25,7 +25,7 @@ from escort_mj.report.figures import teams
 from escort_mj.report.figures.drawing.curves import BOUND
 from escort_mj.report.figures.drawing.style import WIDTH, Key, fit_marks, narrow, room_in_space
 from escort_mj.report.figures.knowledge import estimate_ways, known_keys, mark_known
-from escort_mj.report.figures.losses import links, links_at, lost_keys
+from escort_mj.report.figures.links import links, links_at, lost_keys
 from escort_mj.report.figures.teams import draw_opponents, opponent_keys, opponents
 from escort_mj.report.video.cuts import behind, cut
 from escort_mj.report.video.replay import borders, outlines, safe_radius

@@ -32,7 +32,7 @@ from escort_mj.report.figures.drawing.curves import (
 )
 from escort_mj.report.figures.drawing.look import NARROW
 from escort_mj.report.figures.drawing.style import Key, name_robots, narrow
-from escort_mj.report.figures.losses import lost_keys
+from escort_mj.report.figures.links import lost_keys
 
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]

@@ -14,8 +14,8 @@ from escort_mj import palette
 from escort_mj.record.folder import StoredRun
 from escort_mj.record.outcome import Verdict
 from escort_mj.report.video.camera import PLANAR_ELEVATION, SPACE_ELEVATION, Insets, Shot, frame
-from escort_mj.report.video.pen import Pen, circle
 from escort_mj.report.video.replay import Moment, Replay
+from escort_mj.report.video.scene import SceneWriter, circle
 
 Array = NDArray[np.float64]
 
@@ -117,18 +117,18 @@ class Rings:
             planar: Whether rings lie flat, or face the camera.
             width: Of the picture [pixel].
         """
-        pen = Pen(scene)
-        across, up = np.eye(3)[:2] if planar else pen.facing
+        writer = SceneWriter(scene)
+        across, up = np.eye(3)[:2] if planar else writer.facing
         line, small = 4.0 * max(width / 1280.0, 0.5), min(self._radius, default=0.0)
         for body, radius in zip(self._bodies, self._radius, strict=True):
             if radius <= LARGE * small:
                 ring = circle(self._data.xpos[body].copy(), 1.4 * radius, 60, across, up)
-                pen.path(ring, palette.CONTACT, line, 1.0)
+                writer.path(ring, palette.CONTACT, line, 1.0)
         if self._meets and time >= self.clip.moment:
             foot = self._meeting()  # hidden between the bodies: a pin shows it
             head = foot + np.array([0.0, 0.0, 2.5 * small])
-            pen.path(np.array([foot, head]), palette.CONTACT, line, 1.0)
-            pen.ball(head, 0.3 * small, palette.CONTACT, 1.0)
+            writer.path(np.array([foot, head]), palette.CONTACT, line, 1.0)
+            writer.ball(head, 0.3 * small, palette.CONTACT, 1.0)
 
     @property
     def _meets(self) -> bool:

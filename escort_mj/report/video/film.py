@@ -14,8 +14,8 @@ from escort_mj.palette import LOST, MOST_DISTINCT
 from escort_mj.report.video.camera import View, Viewpoint, plan_shot
 from escort_mj.report.video.clip import Clip, Rings
 from escort_mj.report.video.overlay import Overlay
-from escort_mj.report.video.pen import draw_marks
 from escort_mj.report.video.replay import Moment, Replay
+from escort_mj.report.video.scene import draw_marks
 from escort_mj.report.video.solids import load_model, pose
 from escort_mj.scenario.schema.scenario import Video
 

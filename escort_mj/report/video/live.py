@@ -161,8 +161,8 @@ class _MissionPicture:
 
         from escort_mj.report.video.camera import Viewpoint, plan_shot
         from escort_mj.report.video.film import GLOW, free_camera, in_space
-        from escort_mj.report.video.pen import draw_marks
         from escort_mj.report.video.replay import replay_of
+        from escort_mj.report.video.scene import draw_marks
         from escort_mj.report.video.solids import pose
 
         known = np.concatenate([self._samples, samples])

@@ -1,6 +1,6 @@
 """What pictures of a mission show beside its bodies: lines, circles, balls, discs, arrows and texts.
 
-MuJoCo's renderer (`pen.py`), the viewer in the browser (`view/stage.py`) and the replay of a page
+MuJoCo's renderer (`scene.py`), the viewer in the browser (`view/stage.py`) and the replay of a page
 (`pages/replay_data.py`) draw these marks, each in its own way.
 """
 

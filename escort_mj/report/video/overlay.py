@@ -11,7 +11,7 @@ from PIL import Image, ImageDraw, ImageFont
 
 from escort_mj import palette
 from escort_mj.palette import LOST
-from escort_mj.report.figures.drawing.letters import font_file, legible
+from escort_mj.report.figures.drawing.fonts import font_file, legible
 from escort_mj.report.video.replay import Flags
 
 Pixels = NDArray[np.uint8]

@@ -15,7 +15,7 @@ from escort_mj.metrics.tethers import tethers
 from escort_mj.record.episodes import touched
 from escort_mj.record.recording import Recorded
 from escort_mj.record.team import kept_radius, rings
-from escort_mj.report.figures.losses import heard_links, links, links_at
+from escort_mj.report.figures.links import heard_links, links, links_at
 from escort_mj.report.figures.teams import recorded_targets
 
 Array = NDArray[np.float64]

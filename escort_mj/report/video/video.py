@@ -247,7 +247,7 @@ def render_here(arguments: list[str] | None = None) -> int:
         if options.share is None:
             _write(run, options.out, video, options.clip)
         else:
-            from escort_mj.report.video.crew import send_share
+            from escort_mj.report.video.frames import send_share
 
             part, processes = options.share
             send_share(_film(run, video, options.clip)[0], part, processes, sys.stdout.buffer)
@@ -295,7 +295,7 @@ def _film(run: StoredRun, video: Video, short: bool) -> tuple[Film, int]:
 
 def _write(run: StoredRun, path: Path, video: Video, short: bool) -> None:
     """Write the film of a run that was opened, or only its clip."""
-    from escort_mj.report.video.crew import write_film
+    from escort_mj.report.video.frames import write_film
 
     def say(done: int, total: int) -> None:
         print(f"frame {done} of {total}", flush=True)

@@ -16,12 +16,14 @@ from escort_mj.scenario.schema.scenario import Scenario
 from escort_mj.study.engine.backends import Backend
 from escort_mj.study.engine.store import Row, Store
 from escort_mj.study.engine.work import Job
-from escort_mj.study.search.asking import Asker, Told
+from escort_mj.study.search.optimizer import Optimizer, PointResult
 from escort_mj.study.sweeps.design import SEED, Cell, Design, Planned
 from escort_mj.study.sweeps.sweep import job_of, make
 
 Point = Mapping[str, float | int]
 """Scenario keys or parameters, and the number that each has; `seed` moves the study's seeds."""
+Weigh = Callable[[Point, list[Row] | None], PointResult]
+"""What an optimizer is told of a point, given its runs; None where it is impossible."""
 
 
 class Evaluator:
@@ -66,19 +68,17 @@ class Evaluator:
         rows = self._store.get(wanted)
         return [None if jobs_ is None else [rows[job.key] for job in jobs_] for jobs_ in jobs]
 
-    def follow(
-        self, asker: Asker, wanted: Callable[[], int], weigh: Callable[[Point, list[Row] | None], Told]
-    ) -> Iterator[None]:
+    def follow(self, optimizer: Optimizer, wanted: Callable[[], int], weigh: Weigh) -> Iterator[None]:
         """Evaluate what an optimizer asks for, batch by batch; yields after each.
 
         Args:
-            asker: The optimizer.
+            optimizer: The optimizer.
             wanted: How many points the next batch has; 0 ends the search.
             weigh: What the optimizer is told of a point, given its runs; None where it is impossible.
         """
         while count := wanted():
-            points = asker.ask(count)
-            asker.tell([weigh(point, rows) for point, rows in zip(points, self(points), strict=True)])
+            points = optimizer.ask(count)
+            optimizer.tell([weigh(point, rows) for point, rows in zip(points, self(points), strict=True)])
             yield
 
     def kept(self) -> str:

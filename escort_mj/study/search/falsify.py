@@ -16,7 +16,6 @@ from escort_mj.record.folder import STUDY, RunFolder
 from escort_mj.study.engine.backends import Backend
 from escort_mj.study.engine.store import Row
 from escort_mj.study.engine.work import Job
-from escort_mj.study.search.asking import Asker, Told
 from escort_mj.study.search.evaluate import (
     BEST,
     Evaluator,
@@ -26,6 +25,7 @@ from escort_mj.study.search.evaluate import (
     number_text,
     robustness,
 )
+from escort_mj.study.search.optimizer import Optimizer, PointResult
 from escort_mj.study.sweeps.definition import Falsify
 from escort_mj.study.sweeps.design import Design
 
@@ -130,11 +130,11 @@ class _Hunt:
     def go(self, progress: Progress) -> None:
         """Searches until enough is found or enough was tried."""
         search, evaluator = self.search, self.evaluator
-        asker = Asker(search.over, search.method, search.seed, search.batch)
+        optimizer = Optimizer(search.over, search.method, search.seed, search.batch)
         self.look({}, evaluator([{}])[0])
         if self.failed:
             return
-        for _ in evaluator.follow(asker, self.wanted, self.look):
+        for _ in evaluator.follow(optimizer, self.wanted, self.look):
             if self.impossible > HOPELESS * self.points:
                 words = f"{self.impossible} of {self.impossible + self.points} points are impossible"
                 raise ScenarioError(
@@ -147,11 +147,11 @@ class _Hunt:
         enough = self.failed >= self.search.collect or self.evaluator.asked >= self.search.runs
         return 0 if enough else self.search.batch
 
-    def look(self, point: Point, rows: list[Row] | None) -> Told:
+    def look(self, point: Point, rows: list[Row] | None) -> PointResult:
         """Record the result of a point; return its robustness."""
         if rows is None:
             self.impossible += 1
-            return Told(None)
+            return PointResult(None)
         self.points += 1
         duration = self.evaluator.scenario(point).duration
         weakest = min(robustness(row, duration) for row in rows)
@@ -161,7 +161,7 @@ class _Hunt:
             self.failed += 1
             self.failures.setdefault(weakest.verdict, point)
             self.until_first = self.until_first or self.evaluator.asked
-        return Told([weakest.value])
+        return PointResult([weakest.value])
 
 
 def _write(evaluator: Evaluator, number: int, words: str, point: Point, folder: Path) -> Counterexample:

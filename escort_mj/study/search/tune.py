@@ -17,8 +17,8 @@ from escort_mj.recognize import BEST
 from escort_mj.study.engine.backends import Backend
 from escort_mj.study.engine.store import Row
 from escort_mj.study.engine.work import Job
-from escort_mj.study.search.asking import Asker, Told
 from escort_mj.study.search.evaluate import Evaluator, Point, base_of, mean_of, robustness
+from escort_mj.study.search.optimizer import Optimizer, PointResult
 from escort_mj.study.search.tuned import Gain, Tuned, TunedPoint, trials_csv
 from escort_mj.study.sweeps.definition import MetricBound, Tune
 from escort_mj.study.sweeps.design import Design
@@ -79,20 +79,21 @@ def _tried(evaluator: Evaluator, search: Tune, progress: Progress) -> tuple[Tune
     """Tries as many points as wanted, the scenario's own values first."""
     own_rows = evaluator([{}])[0]
     own = _trial(evaluator, search, {}, own_rows, own_rows or [])
-    asker = Asker(search.over, search.method, search.seed, search.batch, [o.goal for o in search.objectives])
+    goals = [objective.goal for objective in search.objectives]
+    optimizer = Optimizer(search.over, search.method, search.seed, search.batch, goals)
     base = {key: base_of(evaluator.design, key) for key in search.over}
     if all(
         value is not None and search.over[key].low <= value <= search.over[key].high
         for key, value in base.items()
     ):
-        asker.suggest({key: value for key, value in base.items() if value is not None})
+        optimizer.suggest({key: value for key, value in base.items() if value is not None})
     trials: list[TunedPoint] = []
 
-    def weigh(point: Point, rows: list[Row] | None) -> Told:
+    def weigh(point: Point, rows: list[Row] | None) -> PointResult:
         trials.append(trial := _trial(evaluator, search, point, rows, own_rows or []))
-        return Told(trial.values, trial.violations)
+        return PointResult(trial.values, trial.violations)
 
-    for _ in evaluator.follow(asker, lambda: min(search.batch, search.trials - len(trials)), weigh):
+    for _ in evaluator.follow(optimizer, lambda: min(search.batch, search.trials - len(trials)), weigh):
         progress(len(trials), search.trials)
     return own, trials
 

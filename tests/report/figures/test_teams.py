@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 
 from escort_mj import Run, Scenario, palette, run
 from escort_mj.report.figures.knowledge import DRIFT, SIGHT, knowledge
-from escort_mj.report.figures.losses import links
+from escort_mj.report.figures.links import links
 from escort_mj.report.figures.paths import plan_view
 from escort_mj.report.video.replay import replay_of
 

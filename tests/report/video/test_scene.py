@@ -8,8 +8,8 @@ import pytest
 
 from escort_mj import palette
 from escort_mj.report.video.marks import marks as marks_of
-from escort_mj.report.video.pen import draw_marks
 from escort_mj.report.video.replay import replay_of
+from escort_mj.report.video.scene import draw_marks
 from tests.synthetic import make_trace
 
 TIME = np.array([0.0, 1.0, 2.0])

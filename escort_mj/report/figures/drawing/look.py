@@ -11,7 +11,7 @@ from typing import NamedTuple
 from matplotlib.font_manager import fontManager
 
 from escort_mj.errors import UsageError
-from escort_mj.report.figures.drawing.letters import FONT
+from escort_mj.report.figures.drawing.fonts import FONT
 from escort_mj.scenario.arguments import checked
 
 WIDTHS = {"column": 3.5, "page": 7.2}

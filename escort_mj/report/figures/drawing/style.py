@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from escort_mj import palette
 from escort_mj.files import make_folder, replaced
-from escort_mj.report.figures.drawing.letters import FONT, finish_texts
+from escort_mj.report.figures.drawing.fonts import FONT, finish_texts
 from escort_mj.report.figures.drawing.look import NARROW, USUAL, WIDTH, Look, present
 
 DPI = 200

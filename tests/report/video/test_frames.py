@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from escort_mj.errors import RenderError
-from escort_mj.report.video import crew
+from escort_mj.report.video import frames
 
 SIZE = (160, 120)
 LENGTH = SIZE[0] * SIZE[1] * 3
@@ -24,18 +24,18 @@ class Numbered(contextlib.nullcontext):
 @pytest.fixture
 def written(monkeypatch):
     """The frames that go into the file, where two processes draw."""
-    frames: list[int] = []
-    file = SimpleNamespace(add=lambda frame: frames.append(int(frame[0, 0, 0])))
-    monkeypatch.setattr(crew, "VideoFile", lambda *_: contextlib.nullcontext(file))
-    monkeypatch.setattr(crew, "processes_for", lambda frames: 2)
-    monkeypatch.setenv(crew.THREADS, "1")
-    return frames
+    added: list[int] = []
+    file = SimpleNamespace(add=lambda frame: added.append(int(frame[0, 0, 0])))
+    monkeypatch.setattr(frames, "VideoFile", lambda *_: contextlib.nullcontext(file))
+    monkeypatch.setattr(frames, "processes_for", lambda _: 2)
+    monkeypatch.setenv(frames.THREADS, "1")
+    return added
 
 
 def test_frames_of_two_processes_stand_in_their_order(written, tmp_path):
     said: list[tuple[int, int]] = []
     program = f"import sys; [sys.stdout.buffer.write(bytes([k]) * {LENGTH}) for k in (1, 3)]"
-    crew.write_film(
+    frames.write_film(
         Numbered(), tmp_path / "a.mp4", 10, lambda *_: ["-c", program], lambda *at: said.append(at)
     )
     assert written == [0, 1, 2, 3, 4, 4, 4]
@@ -44,18 +44,18 @@ def test_frames_of_two_processes_stand_in_their_order(written, tmp_path):
 
 def test_a_process_that_ends_early_is_an_error(written, tmp_path):
     with pytest.raises(RenderError, match="draws frames ended with exit code 5"):
-        crew.write_film(
+        frames.write_film(
             Numbered(), tmp_path / "a.mp4", 10, lambda *_: ["-c", "raise SystemExit(5)"], lambda *_: None
         )
 
 
 def test_a_share_is_every_so_many_frames():
     output = io.BytesIO()
-    crew.send_share(Numbered(), 1, 3, output)
+    frames.send_share(Numbered(), 1, 3, output)
     data = output.getvalue()
     assert len(data) == 2 * LENGTH and (data[0], data[-1]) == (1, 4)
 
 
 def test_short_films_are_drawn_by_one_process(monkeypatch):
-    monkeypatch.setattr(crew.os, "sched_getaffinity", lambda _: set(range(16)))
-    assert [crew.processes_for(frames) for frames in (1, 100, 150, 10_000)] == [1, 1, 2, 4]
+    monkeypatch.setattr(frames.os, "sched_getaffinity", lambda _: set(range(16)))
+    assert [frames.processes_for(count) for count in (1, 100, 150, 10_000)] == [1, 1, 2, 4]

@@ -46,18 +46,18 @@ def draw_marks(
         flags: As of `marks`.
         width: Of the picture [pixel].
     """
-    pen, pixel = Pen(scene), max(width / 1280.0, 0.5)
+    writer, pixel = SceneWriter(scene), max(width / 1280.0, 0.5)
     forward = np.array(scene.camera[0].forward, dtype=float)
     for mark in marks(replay, moment, trail, flags, forward, NOT_DRAWN):
         if mark.kind in ("line", "trail", "circle"):
-            pen.path(path_of(mark), mark.color, pixel * mark.width, opacity_of(mark), mark.dashed)
+            writer.path(path_of(mark), mark.color, pixel * mark.width, opacity_of(mark), mark.dashed)
         elif mark.kind == "outline":
-            ring = circle(mark.placed[0], mark.radius, mark.pieces, *pen.facing)
-            pen.path(ring, mark.color, pixel * mark.width, mark.alpha)
+            ring = circle(mark.placed[0], mark.radius, mark.pieces, *writer.facing)
+            writer.path(ring, mark.color, pixel * mark.width, mark.alpha)
         elif mark.kind == "ball":
-            pen.ball(mark.placed[0], mark.radius, mark.color, mark.alpha)
+            writer.ball(mark.placed[0], mark.radius, mark.color, mark.alpha)
         elif mark.kind == "disc":
-            pen.disc(mark.placed[0], mark.radius, mark.color, mark.alpha, mark.pieces)
+            writer.disc(mark.placed[0], mark.radius, mark.color, mark.alpha, mark.pieces)
 
 
 def path_of(mark: Mark) -> Array:
@@ -83,7 +83,7 @@ def lines_of(mark: Mark) -> tuple[Array, Array]:
     return pieces[::step], inks[::step]
 
 
-class Pen:
+class SceneWriter:
     """Adds marks to a scene that was just updated from the data.
 
     Attributes:

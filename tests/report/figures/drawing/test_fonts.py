@@ -7,8 +7,8 @@ from matplotlib.mathtext import MathTextParser
 from PIL import Image
 
 from escort_mj.record.folder import read_run
-from escort_mj.report.figures.drawing import letters, style
-from escort_mj.report.figures.drawing.letters import BOX, FONT, finish_texts, font_file, legible
+from escort_mj.report.figures.drawing import fonts, style
+from escort_mj.report.figures.drawing.fonts import BOX, FONT, finish_texts, font_file, legible
 from escort_mj.report.figures.drawing.style import figure
 from escort_mj.report.figures.figures import figure_of
 
@@ -18,7 +18,7 @@ NOWHERE = "\U0010fffd"  # of the private use planes: no font has it
 def test_what_the_font_has_stays_and_what_it_lacks_is_a_box():
     assert legible("Zwölf µm, ≤ 3") == "Zwölf µm, ≤ 3"
     assert legible(f"a{NOWHERE}b") == f"a{BOX}b"
-    assert BOX in letters._letters(font_file())
+    assert BOX in fonts._letters(font_file())
 
 
 def test_a_figure_with_letters_that_no_font_has_is_drawn_without_a_warning(tmp_path):
@@ -35,9 +35,9 @@ def test_a_figure_with_letters_that_no_font_has_is_drawn_without_a_warning(tmp_p
 
 def test_another_font_of_the_machine_helps_out(monkeypatch, tmp_path):
     """matplotlib ships a font of mathematics with letters that DejaVu Sans lacks."""
-    letters._font_with.cache_clear()
+    fonts._font_with.cache_clear()
     private = next(
-        letter for letter in sorted(letters._letters(_stix())) if letter not in letters._letters(font_file())
+        letter for letter in sorted(fonts._letters(_stix())) if letter not in fonts._letters(font_file())
     )
     monkeypatch.setattr(fontManager, "ttflist", [FontEntry(fname=_stix(), name="STIXGeneral")])
     with figure(tmp_path / "a.png", 2.0, f"run {private}") as canvas:
@@ -45,7 +45,7 @@ def test_another_font_of_the_machine_helps_out(monkeypatch, tmp_path):
     title = canvas.texts[0]
     assert title.get_text() == f"run {private}"
     assert title.get_fontfamily() == [FONT, "STIXGeneral"]
-    letters._font_with.cache_clear()
+    fonts._font_with.cache_clear()
 
 
 def test_signs_of_mathematics_are_drawn_as_they_stand(tmp_path, monkeypatch):

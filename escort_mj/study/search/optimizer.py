@@ -19,7 +19,7 @@ Goal = Literal["minimize", "maximize"]
 DIGITS = 4  # of the numbers that are tried
 
 
-class Told(NamedTuple):
+class PointResult(NamedTuple):
     """What came of a point.
 
     Attributes:
@@ -31,7 +31,7 @@ class Told(NamedTuple):
     violations: Mapping[str, float] = {}  # noqa: RUF012  it is not changed
 
 
-class Asker:
+class Optimizer:
     """An optimizer over a box."""
 
     def __init__(
@@ -104,7 +104,7 @@ class Asker:
             else min(max(float(f"{value:.{DIGITS}g}"), spread.low), spread.high)
         )
 
-    def tell(self, answers: Sequence[Told]) -> None:
+    def tell(self, answers: Sequence[PointResult]) -> None:
         """Answer the points that were asked for last."""
         fail = self._optuna.trial.TrialState.FAIL
         for trial, (values, violations) in zip(self._trials, answers, strict=True):

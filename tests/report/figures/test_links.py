@@ -8,7 +8,7 @@ import pytest
 from escort_mj.record.folder import read_run
 from escort_mj.report.figures.drawing import style
 from escort_mj.report.figures.figures import draw_figures
-from escort_mj.report.figures.losses import links, links_at
+from escort_mj.report.figures.links import links, links_at
 from escort_mj.report.figures.paths import bounds
 from escort_mj.report.video.replay import replay_of
 
