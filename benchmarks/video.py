@@ -29,8 +29,8 @@ from escort_mj.report.video import film  # noqa: E402
 from escort_mj.report.video.camera import plan_shot  # noqa: E402
 from escort_mj.report.video.encode import VideoFile  # noqa: E402
 from escort_mj.report.video.overlay import Overlay  # noqa: E402
-from escort_mj.report.video.pen import draw_marks  # noqa: E402
 from escort_mj.report.video.replay import Replay, replay_of  # noqa: E402
+from escort_mj.report.video.scene import draw_marks  # noqa: E402
 from escort_mj.report.video.video import scenario_video  # noqa: E402
 from escort_mj.scenario.schema.scenario import Video  # noqa: E402
 
