@@ -10,8 +10,8 @@ endif
 # Each module is compiled once and not in every process that imports it.
 unexport PYTHONDONTWRITEBYTECODE
 
-# Three for two cores: a fifth of the tests' time is waiting, for processes and for disks.
-WORKERS := $(shell echo $$(( (3 * $$(getconf _NPROCESSORS_ONLN) + 1) / 2 )))
+# Tests hardly wait, for processes and for disks, and each further worker collects them all once more.
+WORKERS := $(shell getconf _NPROCESSORS_ONLN)
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from escort_mj.conformance import behaviors, estimators, missions, repeats
+from escort_mj.conformance import behaviors, estimators, missions, repeats, stand
 from tests.corpus import documents, read
 
 WRONG = Path(__file__).parent / "components" / "wrong"
@@ -20,6 +20,7 @@ def hurry(patch: pytest.MonkeyPatch) -> None:
     """Let checks of plugins draw a few times and fly shortly; slow tests check all that ships in full."""
     for module in (behaviors, estimators, repeats):
         patch.setattr(module, "DRAWS", 6)
+    patch.setattr(stand, "SIZES", ((5, 2), (1, 3), (3, 5)))
     patch.setattr(missions, "DURATION", 0.3)
     patch.setattr(missions, "TIMES", 2)
 

@@ -11,7 +11,7 @@ from escort_mj.behaviors.behavior import Behavior
 from escort_mj.behaviors.connect import Connect
 from escort_mj.behaviors.guard import Guard
 from escort_mj.behaviors.orbit import Orbit
-from escort_mj.conformance import records, stand
+from escort_mj.conformance import behaviors, records, repeats, stand
 from escort_mj.conformance.behaviors import check_behavior
 from escort_mj.conformance.checking import Checks, checks_of
 from escort_mj.conformance.missions import check_missions
@@ -94,10 +94,17 @@ def everything() -> type[Any]:
     return EVERYTHING
 
 
+@pytest.mark.parametrize("draws", [6, pytest.param(20, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("behavior", [each for each in BEHAVIORS if each is not Formation], ids=name_of)
 def test_behaviors_that_ship_are_what_a_plugins_has_to_be(
-    compiled: None, behavior: type[Behavior], everything: type[Any], monkeypatch: pytest.MonkeyPatch
+    compiled: None,
+    behavior: type[Behavior],
+    draws: int,
+    everything: type[Any],
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
+    for module in (behaviors, repeats):
+        monkeypatch.setattr(module, "DRAWS", draws)
     own = GIVEN.get(behavior, {})
     kinds = {name: behavior.model_fields[name].annotation for name in own}
     text = {"__module__": behavior.__module__, "__annotations__": kinds, "view": everything}

@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from escort_mj import Scenario
 from escort_mj.components.movers import INTERCEPTED, REACHED
@@ -15,7 +14,6 @@ from tests.oracle.opponents import Watch
 from tests.oracle.reference import ReferenceController
 from tests.oracle.setup import setup_now
 
-Array = NDArray[np.float64]
 STEP, STEPS = 0.1, 150
 AVOID = {"behavior": "avoid_obstacles", "safe_distance": 0.3}
 

@@ -162,6 +162,7 @@ def test_random_missions(seed: int) -> None:
     compare(with_avoidance(setup, **avoid), q, v, seed)
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize(
     ("stack", "axes"),  # chords has no formation in space for fewer than six
     [(stack, axes) for stack in STACKS for axes in (2, 3) if axes == 2 or CHORDS not in stack],

@@ -15,6 +15,8 @@ PAGE = (ROOT / "docs" / "plugins.md").read_text()
 BLOCK = re.compile(r"(.*?)^```(\w+)\n(.*?)^```$", re.DOTALL | re.MULTILINE)
 FILE = re.compile(r"`(\w+\.(?:py|yaml))`")
 PLAIN = ["--no-figures"]  # figures are tested elsewhere, and take long
+SHORT = ["--set", "duration=2", "--set", "expect=[]"]
+LONG = pytest.param("as printed", marks=pytest.mark.slow)
 
 
 def followed(folder):
@@ -38,9 +40,9 @@ def followed(folder):
                 file.write_text(file.read_text().replace(old, new))
 
 
-@pytest.fixture(scope="module")
-def page(compiled, tmp_path_factory):
-    """The folder, and what every command printed."""
+@pytest.fixture(scope="module", params=["shortly", LONG])
+def page(request, compiled, tmp_path_factory):
+    """The folder, and what every command printed; of most runs, the beginning is fast."""
     folder = tmp_path_factory.mktemp("newcomer")
     printed = {}
     with pytest.MonkeyPatch.context() as patch:
@@ -49,6 +51,7 @@ def page(compiled, tmp_path_factory):
         patch.setattr("escort_mj.conformance.apart.check_apart", check_plugin)  # here: a process takes 3 s
         for number, words in enumerate(followed(folder)):
             more = PLAIN if words[0] == "run" else []
+            more = more + SHORT * (bool(more) and words[1] != "judged.yaml" and request.param == "shortly")
             if words[0] == "compare":
                 continue  # draws for long; tested in tests/study
             result = CliRunner().invoke(app, [*words, *more])
@@ -75,6 +78,7 @@ def test_verdicts_of_the_page_hold(page):
 
 
 @pytest.mark.parametrize("mission", ["told", "heard"])
+@pytest.mark.parametrize("page", [LONG], indirect=True)
 def test_errors_are_those_of_the_page(page, mission):
     judged = next(lines for command, lines in page[1].items() if f"run {mission}.yaml" in command)
     found = re.search(r"estimate_error_rms .* ([\d.]+) m$", judged, re.MULTILINE)

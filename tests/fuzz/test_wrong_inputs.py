@@ -62,7 +62,7 @@ def test_two_faults_at_once(block: int) -> None:
 
 @pytest.mark.parametrize(
     ("first", "count", "far"),
-    [(0, 60, False), *(pytest.param(60 + 100 * k, 100, True, marks=pytest.mark.slow) for k in range(4))],
+    [(0, 30, False), *(pytest.param(30 + 100 * k, 100, True, marks=pytest.mark.slow) for k in range(4))],
 )
 def test_robot_files(
     first: int, count: int, far: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

@@ -16,7 +16,6 @@ from escort_mj.world.model.build import build
 from escort_mj.world.watcher import Watcher
 
 TEAM = {"count": 12, "placement": {"within": 9, "least_gap": 1}}
-AROUND = {"radius": 6, "behaviors": ["vertices", "surface"]}
 MISSIONS: dict[str, tuple[str, dict[str, Any]]] = {
     "knowledge": ("knowledge/lossy", {"robots": TEAM, "mission.radius": 6}),
     "opponents": ("pursuit/intruders", {"robots": TEAM | {"force_limit": 50}, "mission.radius": 6}),

@@ -88,7 +88,7 @@ def test_the_missions_end_as_differently_as_they_were_meant_to(alone: list[Run])
     assert len({digest(run) for run in alone}) == len(MISSIONS)
 
 
-@pytest.mark.parametrize("threads", [1, 2])
+@pytest.mark.parametrize("threads", [pytest.param(1, marks=pytest.mark.slow), 2])
 def test_summaries_need_no_trace(scenarios: list[escort_mj.Scenario], alone: list[Run], threads: int) -> None:
     """Threads use their memory for samples again and again: nothing of one mission is left in the next."""
     for one, other in zip(alone, escort_mj.run_many(scenarios, threads), strict=True):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from functools import singledispatch
+from functools import lru_cache, singledispatch
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,20 +45,25 @@ class Belief:
             axes: p.
             density: Of the power spectrum of the noise that changes the last derivative.
         """
-        orders, elapsed = len(self.x) // axes, time - self.time
-        powers = [elapsed**k / math.factorial(k) for k in range(orders)]
-        motion = np.sum([power * np.eye(orders, k=k) for k, power in enumerate(powers)], axis=0)
-        way = np.arange(orders)[::-1]
-        scale = np.array([math.factorial(k) for k in way])
-        total = way[:, None] + way + 1
-        noise = density * elapsed**total / total / np.outer(scale, scale)
-        step = np.kron(motion, np.eye(axes))
-        covariance = step @ self.covariance @ step.T + np.kron(noise, np.eye(axes))
+        step, noise = _motion(len(self.x) // axes, time - self.time, axes, density)
+        covariance = step @ self.covariance @ step.T + noise
         return replace(self, x=step @ self.x, covariance=covariance, time=time)
 
     def spread(self, axes: int) -> float:
         """Return the sum of the variances of the position [m^2]."""
         return float(np.trace(self.covariance[:axes, :axes]))
+
+
+@lru_cache(256)
+def _motion(orders: int, elapsed: float, axes: int, density: float) -> tuple[Array, Array]:
+    """Return F and Q."""
+    powers = [elapsed**k / math.factorial(k) for k in range(orders)]
+    motion = np.sum([power * np.eye(orders, k=k) for k, power in enumerate(powers)], axis=0)
+    way = np.arange(orders)[::-1]
+    scale = np.array([math.factorial(k) for k in way])
+    total = way[:, None] + way + 1
+    noise = density * elapsed**total / total / np.outer(scale, scale)
+    return np.kron(motion, np.eye(axes)), np.kron(noise, np.eye(axes))
 
 
 @singledispatch

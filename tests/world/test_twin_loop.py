@@ -12,12 +12,7 @@ from tests.corpus import missions
 from tests.oracle.attitude import thrusts_for
 from tests.oracle.reference import ReferenceController, ReferenceSignals
 
-SENSING = {"position": {"noise": 0.02}, "velocity": {"noise": 0.01}}
 MISSIONS = missions(__file__)
-SENSORS = {"noise": 0.02, "bias": 0.05, "delay": 0.02, "dropout": 0.05, "resolution": 0.001}
-
-SOFT = {"law": "apd_smc", "proportional_gain": 12, "derivative_gain": 12, "adaptation_rate": 6, "slope": 10}
-ACTUATORS = {"lag": 0.02, "dead_zone": 0.05, "gain_error": 0.1}
 GRAVITY = (0.0, 0.0, -9.81)
 
 
