@@ -23,15 +23,20 @@ from tests.expectations.traces import watched
 from tests.plugged import METRIC
 
 
+def given(returned):
+    """Return it, or raise it."""
+    if isinstance(returned, BaseException):
+        raise returned
+    return returned
+
+
 def measured(returned, **about):
     """What a metric gives whose function returns something, or raises it."""
 
     @metric(unit="m", **about)
     def own(trace):
         """Its meaning."""
-        if isinstance(returned, BaseException):
-            raise returned
-        return returned
+        return given(returned)
 
     return metric_of(own).of(watched())
 
@@ -46,9 +51,7 @@ def judged(returned):
         own: float = 1.0
 
         def judge(self, trace):
-            if isinstance(returned, BaseException):
-                raise returned
-            return returned
+            return given(returned)
 
     return judge([Own()], watched(), Outcome.COMPLETED)[1]
 

@@ -97,11 +97,7 @@ def everything() -> type[Any]:
 @pytest.mark.parametrize("draws", [6, pytest.param(20, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("behavior", [each for each in BEHAVIORS if each is not Formation], ids=name_of)
 def test_behaviors_that_ship_are_what_a_plugins_has_to_be(
-    compiled: None,
-    behavior: type[Behavior],
-    draws: int,
-    everything: type[Any],
-    monkeypatch: pytest.MonkeyPatch,
+    compiled: None, behavior: Any, draws: int, everything: type[Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     for module in (behaviors, repeats):
         monkeypatch.setattr(module, "DRAWS", draws)

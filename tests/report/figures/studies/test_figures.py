@@ -33,18 +33,16 @@ SHAPES = {
     + "vary:\n  controller: [apd_smc, asmc, pd_smc, pd, computed_torque, super_twisting]\n"
     + "  robots.mass: [1, 2]\n",
 }
+MAPS = {f"map_{name}_robots_mass_controller" for name in (PASSED, PRECISION, SAFETY, EFFORT)}
 EXPECTED = {
     "three_factors": {"curves_robots_mass", "curves_robots_force_limit", "tradeoff"}
     | {f"map_{name}_robots_mass_robots_force_limit" for name in (PASSED, PRECISION, SAFETY, EFFORT)},
-    "laws_and_masses": {"curves_robots_mass", "tradeoff"}
-    | {f"map_{name}_robots_mass_controller" for name in (PASSED, PRECISION, SAFETY, EFFORT)},
-    "uneven_masses": {"curves_robots_mass", "tradeoff"}
-    | {f"map_{name}_robots_mass_controller" for name in (PASSED, PRECISION, SAFETY, EFFORT)},
+    "laws_and_masses": {"curves_robots_mass", "tradeoff"} | MAPS,
+    "uneven_masses": {"curves_robots_mass", "tradeoff"} | MAPS,
     "cases": {"intervals", "tradeoff"},
     "drawn": {"curves_robots_mass", "tradeoff"},
     "one_cell": {"intervals", "tradeoff"},
-    "many_laws": {"curves_robots_mass", "tradeoff"}
-    | {f"map_{name}_robots_mass_controller" for name in (PASSED, PRECISION, SAFETY, EFFORT)},
+    "many_laws": {"curves_robots_mass", "tradeoff"} | MAPS,
 }
 
 
@@ -141,15 +139,10 @@ def test_the_same_study_gives_the_same_files(tmp_path: Path) -> None:
 def test_scales() -> None:
     small = scales.scale_of(QUANTITIES[PRECISION], np.array([0.001, 0.2, math.nan, math.inf]))
     assert (small.factor, small.unit, small.log) == (1000.0, "mm", True)
-    assert (
-        scales.scale_of(QUANTITIES[SAFETY], np.array([0.001, 2.0])).log is False
-    )  # clearance may be negative
+    # Clearance may be negative.
+    assert scales.scale_of(QUANTITIES[SAFETY], np.array([0.001, 2.0])).log is False
     assert scales.scale_of(QUANTITIES[PASSED], np.array([0.5]))[:2] == (100.0, "%")
     nothing = scales.scale_of(QUANTITIES[EFFORT], np.array([math.nan]))
     assert nothing.low < nothing.high
-    assert [scales.readable(x) for x in (math.nan, math.inf, 1234.5, 0.01234)] == [
-        "-",
-        "never",
-        "1234",
-        "0.0123",
-    ]
+    said = [scales.readable(x) for x in (math.nan, math.inf, 1234.5, 0.01234)]
+    assert said == ["-", "never", "1234", "0.0123"]
