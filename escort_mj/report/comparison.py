@@ -76,10 +76,8 @@ class Comparison(NamedTuple):
     def subject(self) -> str:
         """What is compared: laws, outer loops, or both."""
         factors = self.results.factors
-        several = [
-            name for key, name in ((LAW, "laws"), (LOOP, "outer loops")) if len(factors[key].levels) > 1
-        ]
-        return " and ".join(several) or "laws"
+        names = {LAW: "laws", LOOP: "outer loops"}
+        return " and ".join(name for key, name in names.items() if len(factors[key].levels) > 1) or "laws"
 
     @property
     def labels(self) -> list[str]:

@@ -184,14 +184,13 @@ def _write_design(cases: Sequence[Case], tasks: Sequence[Job | Checked], out: Pa
     runs = [(case, task) for case, task in zip(cases, tasks, strict=True) if isinstance(task, Job)]
     texts = {case.label: task.text for case, task in runs}
     if runs:
-        facts = DesignRecord(
+        DesignRecord(
             study="check",
             texts=texts,
             factors=[Varied(CASE)],
             cells=[Cell({CASE: label}, {}, label) for label in texts],
             runs=[Planned([*texts].index(case.label), task.seed, task.key) for case, task in runs],
-        )
-        facts.write(out)
+        ).write(out)
 
 
 @lru_cache(maxsize=64)

@@ -58,7 +58,8 @@ def write_run_page(folder: str | os.PathLike[str], out: Path | None = None) -> P
 def _parts(run: StoredRun) -> dict[str, Any]:
     """What the page shows."""
     words, well = ending(run)
-    touched = _touches(run)
+    episodes = np.flatnonzero(apart_from(run.trace, "floor")).tolist()
+    touched = [(episode, *pair(run.trace, episode)) for episode in episodes]
     video = run.path / VIDEO
     size = video.stat().st_size if video.is_file() else 0
     names = dict.fromkeys(plot.name for plot in PLOTS)
@@ -111,13 +112,8 @@ def _verdicts(run: StoredRun) -> Table:
     return Table("What was expected of the run", head, rows, sortable=False)
 
 
-def _touches(run: StoredRun) -> list[tuple[int, str, str]]:
-    """Every touch of two bodies, the floor's aside: its number, and the two."""
-    return [(k, *pair(run.trace, k)) for k in np.flatnonzero(apart_from(run.trace, "floor")).tolist()]
-
-
 def _contacts(run: StoredRun, shown: Sequence[tuple[int, str, str]]) -> Table:
-    """When, for how long and how hard bodies touched."""
+    """When, for how long and how hard bodies touched: the episodes' numbers, and who touched."""
     trace = run.trace
     rows = []
     for k, first, second in shown[:MOST_EPISODES]:

@@ -161,15 +161,8 @@ def _pairs(found: Paired, block: str) -> str:
     words = counted(found.blocks, block)
     if found.pairs != found.blocks:
         words = f"{counted(found.pairs, 'pair')} from {words}"
-    notes = [
-        f"{count} {what}"
-        for count, what in (
-            (found.alike, "alike"),
-            (found.never, "with never"),
-            (found.unpaired, "incomplete"),
-        )
-        if count
-    ]
+    counts = {"alike": found.alike, "with never": found.never, "incomplete": found.unpaired}
+    notes = [f"{count} {what}" for what, count in counts.items() if count]
     return f"{words} ({', '.join(notes)})" if notes else words
 
 
@@ -213,13 +206,7 @@ def write_cells(results: Results, path: Path) -> None:
             line += [happened.times, happened.of, happened.share, *happened.interval]
         for name in known:
             found = results.summary(name, index)
-            line += [
-                found.known,
-                found.never,
-                found.mean,
-                *found.mean_interval,
-                found.median,
-                *found.median_interval,
-            ]
+            line += [found.known, found.never]
+            line += [found.mean, *found.mean_interval, found.median, *found.median_interval]
         lines.append(["" if isinstance(cell, float) and math.isnan(cell) else cell for cell in line])
     write_text(path, comma_separated(lines))

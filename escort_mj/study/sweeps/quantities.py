@@ -122,6 +122,11 @@ class Quantity(NamedTuple):
         return f"{self.meaning}; read at {'every physics step' if self.exact else 'samples'}"
 
     @property
+    def cost_sign(self) -> float:
+        """1 where less is better, -1 where more is."""
+        return -1.0 if self.more_is_better else 1.0
+
+    @property
     def exact(self) -> bool:
         """Whether it counts every physics step of every run, whatever a scenario expects."""
         return self.read == "every step"

@@ -277,10 +277,8 @@ class Results:
         kept = self.known([SAFETY, PRECISION, EFFORT])
         if not kept:
             return np.zeros(len(self.cells), dtype=bool)
-        signs = [-1.0 if self.quantities[name].more_is_better else 1.0 for name in kept]
-        return pareto(
-            np.stack([sign * self.medians(name) for sign, name in zip(signs, kept, strict=True)], axis=1)
-        )
+        costs = [self.quantities[name].cost_sign * self.medians(name) for name in kept]
+        return pareto(np.stack(costs, axis=1))
 
     def compared(self, name: str | None = None) -> Factor | None:
         """The factor whose levels are compared: the one named, else laws, cases, or one without numbers.
@@ -304,7 +302,7 @@ class Results:
 
         Only those count of which every run completed, and the best never says never.
         """
-        sign = -1.0 if self.quantities[quantity].more_is_better else 1.0
+        sign = self.quantities[quantity].cost_sign
         found = [self.summary(quantity, index) for index in range(len(self.cells))]
         able = [
             (sign * one.mean, index)
@@ -343,7 +341,7 @@ class Results:
                 found.append(paired(values, self.of_cell(quantity, index), resolution=resolution))
         if all(one.alike == one.pairs for one in found):
             return math.nan
-        sign = -1 if self.quantities[quantity].more_is_better else 1
+        sign = self.quantities[quantity].cost_sign
         worst = max(one.p if sign * one.side > 0 and sign * one.dominance > 0.0 else 1.0 for one in found)
         return min(1.0, worst * len(found))
 

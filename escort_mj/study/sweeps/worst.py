@@ -43,8 +43,8 @@ def worst_runs(results: Results, quantities: Iterable[str], each: int) -> Iterat
         known = np.flatnonzero(~np.isnan(values))
         if not len(known) or (values[known] == values[known[0]]).all():
             continue
-        sign = 1.0 if results.quantities[name].more_is_better else -1.0
-        for index in known[np.argsort(sign * values[known], kind="stable")][:each]:
+        costs = results.quantities[name].cost_sign * values[known]
+        for index in known[np.argsort(-costs, kind="stable")][:each]:
             yield Worst(name, float(values[index]), results.runs[index])
 
 

@@ -186,11 +186,6 @@ def _intervals(
             )
             continue
         low, high = (scale.factor * end for end in point.interval)
-        axes.plot(
-            [low, min(high, 1e3 * abs(scale.high) + 1.0)],
-            [place, place],
-            color=color,
-            linewidth=2.0,
-            alpha=0.45,
-        )
+        ends = [low, min(high, 1e3 * abs(scale.high) + 1.0)]
+        axes.plot(ends, [place, place], color=color, linewidth=2.0, alpha=0.45)
         axes.plot(scale.factor * point.value, place, "o", color=color, markersize=4)
