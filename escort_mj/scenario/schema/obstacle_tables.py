@@ -110,7 +110,7 @@ class Scenery(Parameters):
     """Surroundings from a file: each of its geoms that can collide becomes a fixed obstacle."""
 
     file: Annotated[str, Field(min_length=1, max_length=500)]
-    """MJCF (`.xml`) whose bodies stand, or a mesh (`.obj`, `.stl`), relative to the scenario's folder."""
+    """File beside the scenario: MJCF (`.xml`) whose bodies stand, or a mesh (`.obj`, `.stl`)."""
     position: Vector | None = None
     """Place of the file's origin, one number per axis [m]; null: the world's origin."""
     orientation: Orientation = 0.0

@@ -70,7 +70,8 @@ def read_parts(source: Source) -> list[Part]:
                 f"{name}: the body {body.name} moves; scenery stands: expected no joints, no mocap"
             )
         if kind not in SHAPES:
-            raise RobotError(f"{name}: found a geom of type {kind.name.removeprefix('mjGEOM_').lower()}")
+            word = kind.name.removeprefix("mjGEOM_").lower()
+            raise RobotError(f"{name}: found a geom of type {word}; expected primitives and meshes")
         shape, numbers = SHAPES[kind]
         turned = np.zeros(4)
         mujoco.mju_mat2Quat(turned, data.geom_xmat[geom])

@@ -110,7 +110,7 @@ def _parsed(file: Path, content: bytes, name: str) -> Element:
         raise RobotError(f"{where}: {found}")
     if root.tag not in ("mujoco", "mujocoinclude"):
         hint = "; URDF is converted by MuJoCo's compiler" if root.tag == "robot" else ""
-        raise RobotError(f"{where}: found <{root.tag}>; a robot is MJCF, <mujoco>{hint}")
+        raise RobotError(f"{where}: found <{root.tag}>; a model is MJCF, <mujoco>{hint}")
     return root
 
 
@@ -127,14 +127,14 @@ def _excess(root: Element) -> str:
             return f"found <{element.tag} {shortened(wrong)}>; expected finite numbers of at most {LARGEST:g}"
         bodies += times * (element.tag in ("body", *REPEATING))
         if depth > MOST_NESTED:
-            return f"found more than {MOST_NESTED} elements in each other; a robot has fewer"
+            return f"found more than {MOST_NESTED} elements in each other; a model has fewer"
         if elements > MOST_ELEMENTS:
-            return f"found more than {MOST_ELEMENTS} elements; a robot has fewer"
+            return f"found more than {MOST_ELEMENTS} elements; a model has fewer"
         if element.tag in REPEATING:
             times *= _repeated(element.get("count", "1"))
             bodies += times
         if bodies > MOST_BODIES:
-            return f"found more than {MOST_BODIES} bodies, repeated ones counted; a robot has fewer"
+            return f"found more than {MOST_BODIES} bodies, repeated ones counted; a model has fewer"
         left += [(child, depth + 1, times) for child in element]
     return ""
 
