@@ -22,7 +22,7 @@ def hurry(patch: pytest.MonkeyPatch) -> None:
         patch.setattr(module, "DRAWS", 6)
     patch.setattr(stand, "SIZES", ((5, 2), (1, 3), (3, 5)))
     patch.setattr(missions, "DURATION", 0.3)
-    patch.setattr(missions, "TIMES", 2)
+    patch.setattr(missions, "TIMES", 1)
 
 
 LAW, SCENARIO = plugin("law", "own_law.py")
