@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
@@ -159,8 +160,8 @@ def main() -> None:
     high = binomtest(0, runs).proportion_ci(0.95, "exact").high
     note = (
         f"The numbers in the figure count the passing runs, out of {runs} runs with different noise. "
-        f"By exact binomial intervals (95 %), {runs} of {runs} means that more than {100 * low:.0f} % of "
-        f"such runs pass, and 0 of {runs} means that fewer than {100 * high:.0f} % pass."
+        f"By exact binomial intervals (95 %), {runs} of {runs} means that more than {math.floor(100 * low)} % "
+        f"of such runs pass, and 0 of {runs} means that fewer than {math.ceil(100 * high)} % pass."
     )
     head = ["law", *(f"{f.words}{f' [{f.unit}]' if f.unit else ''}" for f in FACTORS)]
     tables = {

@@ -168,8 +168,7 @@ class Limits:
         jump: Largest change of a position since the last measurement, beyond what `speed` allows [m].
         area: Where robots must stay.
         frozen: Longest time for which a sensor may repeat a measurement in every digit although the robot
-            must
-            move: its measured velocity is not 0, or its force above half of the limit [s].
+            must move: its measured velocity is not 0, or its force above half of the limit [s].
         silence: Longest time between two calls of the controller [s].
         on_age: Action where a measurement is too old or missing.
         on_speed: Action where a robot is too fast.
