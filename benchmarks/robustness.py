@@ -156,12 +156,12 @@ def main() -> None:
     write = wants_docs(__doc__, PAGE)
     maps = [measured(factor) for factor in FACTORS]
     runs = maps[0].runs
-    low = binomtest(runs, runs).proportion_ci(0.95, "exact").low
-    high = binomtest(0, runs).proportion_ci(0.95, "exact").high
+    low = math.floor(100 * binomtest(runs, runs).proportion_ci(0.95, "exact").low)
+    high = math.ceil(100 * binomtest(0, runs).proportion_ci(0.95, "exact").high)
     note = (
         f"The numbers in the figure count the passing runs, out of {runs} runs with different noise. "
-        f"By exact binomial intervals (95 %), {runs} of {runs} means that more than {math.floor(100 * low)} % "
-        f"of such runs pass, and 0 of {runs} means that fewer than {math.ceil(100 * high)} % pass."
+        f"By exact binomial intervals (95 %), {runs} of {runs} means that more than {low} % "
+        f"of such runs pass, and 0 of {runs} means that fewer than {high} % pass."
     )
     head = ["law", *(f"{f.words}{f' [{f.unit}]' if f.unit else ''}" for f in FACTORS)]
     tables = {
