@@ -6,7 +6,7 @@ speed. Both begin with what a person would write: the intruder runs to the targe
 intruder.
 
 It writes the curve, who wins against whom, and intruder.npz: the trained intruder for `policy: learned`.
-It trains for about ten minutes of one core. Run: python examples/train_both_sides.py
+It trains for less than ten minutes of one core. Run: python examples/train_both_sides.py
 """
 
 from __future__ import annotations
