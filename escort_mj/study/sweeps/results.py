@@ -445,7 +445,7 @@ def open_results(folder: Path) -> Results:
     with open_store(folder) as store:
         if not (folder / FILE).is_file():
             raise UsageError(
-                f"{folder}: holds results but no design ({FILE}); the sweep that made them writes it"
+                f"{folder}: holds no design ({FILE}): sweeps and comparisons write one, searches do not"
             )
         facts = _checked(read_json(folder / FILE), folder / FILE)
         return Results(facts, store.get(run.key for run in facts.runs))
