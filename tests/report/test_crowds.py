@@ -12,7 +12,7 @@ from escort_mj.report.figures.drawing import curves, style
 from escort_mj.report.figures.figures import draw_figures
 from escort_mj.report.video.marks import marks
 from escort_mj.report.video.replay import replay_of
-from escort_mj.report.video.scene import Pen
+from escort_mj.report.video.scene import SceneWriter
 
 COUNT = palette.MOST_LINES + 20
 GEOM = mujoco.mjtGeom
@@ -61,7 +61,7 @@ def test_bands_hold_all_robots_but_those_that_are_lost() -> None:
 
 def test_a_disc_is_a_closed_fan_of_the_right_size() -> None:
     scene = mujoco.MjvScene(mujoco.MjModel.from_xml_string("<mujoco/>"), 100)
-    Pen(scene).disc(np.array([1.0, 2.0, 3.0]), 0.5, palette.CONTACT, 0.3, 24)
+    SceneWriter(scene).disc(np.array([1.0, 2.0, 3.0]), 0.5, palette.CONTACT, 0.3, 24)
     geoms = scene.geoms[: scene.ngeom]
     corners = np.array([(geom.mat[:, 0], geom.mat[:, 1]) for geom in geoms], dtype=float)
     assert {geom.type for geom in geoms} == {GEOM.mjGEOM_TRIANGLE}
