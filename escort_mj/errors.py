@@ -143,7 +143,7 @@ class PluginCallError(EscortError):
 
 _PATH_AT_FAULT = frozenset(
     (errno.ENOENT, errno.ENOTDIR, errno.EISDIR, errno.EEXIST, errno.EACCES, errno.EPERM)
-    + (errno.ENAMETOOLONG, errno.ELOOP, errno.ETXTBSY)
+    + (errno.ENAMETOOLONG, errno.ELOOP, errno.ETXTBSY, errno.EILSEQ)
 )
 
 

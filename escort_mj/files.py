@@ -6,6 +6,7 @@ whether it is still being filled.
 
 from __future__ import annotations
 
+import errno
 import fcntl
 import json
 import math
@@ -39,8 +40,13 @@ def replaced(path: Path, durable: bool = False) -> Iterator[Path]:
             say only then that they are full.
 
     Raises:
-        WriteError: For every OSError inside; the temporary file is removed and `path` stays as it was.
+        WriteError: For every OSError inside, and for names that no file can have; the temporary file is
+            removed and `path` stays as it was.
     """
+    try:
+        os.fsencode(path)
+    except UnicodeEncodeError:
+        raise WriteError(path, OSError(errno.EILSEQ, os.strerror(errno.EILSEQ))) from None
     direct = os.path.exists(path) and not os.path.isfile(path)
     beside = f"{PARTIAL}.{MACHINE}.{os.getpid()}.{threading.get_native_id()}.{path.name}"
     temporary = path if direct else path.with_name(beside)

@@ -112,6 +112,12 @@ def test_a_device_is_written_to_and_not_replaced(tmp_path) -> None:
     assert Path("/dev/null").is_char_device()
 
 
+def test_a_name_that_no_file_can_have_is_one_error(tmp_path) -> None:
+    with pytest.raises(WriteError, match="cannot be written: Invalid or incomplete") as caught:
+        files.write_text(tmp_path / "\ud800", "text")
+    assert caught.value.exit_code == 2 and not list(tmp_path.iterdir())
+
+
 def test_the_error_survives_another_process(tmp_path) -> None:
     error = WriteError(tmp_path / "x", OSError(13, "Permission denied"))
     again = pickle.loads(pickle.dumps(error))
