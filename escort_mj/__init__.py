@@ -8,6 +8,8 @@ completed m ('time', 'robot', 'axis')
 
 from __future__ import annotations
 
+from escort_mj.version import __version__ as __version__
+
 TYPE_CHECKING = False  # type checkers take it for true; typing takes longer to import than this package
 
 if TYPE_CHECKING:
@@ -23,7 +25,6 @@ if TYPE_CHECKING:
     from escort_mj.standalone.controller import Controller
     from escort_mj.standalone.limits import Area, Limits
 
-    __version__: str
 
 _HOMES = {
     name: home
@@ -74,10 +75,6 @@ if not TYPE_CHECKING:
 
     def __getattr__(name: str) -> object:
         """Load a public name at its first use, so that importing the package stays light."""
-        if name == "__version__":
-            from importlib.metadata import version
-
-            return version("escort-mj")
         if name not in _HOMES:
             raise AttributeError(f"module 'escort_mj' has no attribute {name!r}")
         import gc

@@ -4,6 +4,8 @@ import re
 import tomllib
 from pathlib import Path
 
+import escort_mj
+
 ROOT = Path(__file__).parents[1]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
 RECIPE = (ROOT / "packaging" / "meta.yaml").read_text()
@@ -22,5 +24,5 @@ def test_the_recipe_asks_for_what_the_project_asks_for() -> None:
 
 
 def test_versions_are_one() -> None:
-    assert f'set version = "{PROJECT["version"]}"' in RECIPE
-    assert f"\nversion: {PROJECT['version']}\n" in (ROOT / "CITATION.cff").read_text()
+    assert f'set version = "{escort_mj.__version__}"' in RECIPE
+    assert f"\nversion: {escort_mj.__version__}\n" in (ROOT / "CITATION.cff").read_text()

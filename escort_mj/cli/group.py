@@ -7,6 +7,8 @@ from typing import Any
 import typer
 from typer.core import TyperGroup
 
+from escort_mj.version import __version__
+
 SECTIONS = {
     "Run and inspect": (
         "run",
@@ -48,7 +50,5 @@ def _summary(text: str | None) -> str:
 def print_version(wanted: bool) -> None:
     """Print the version and end, if that is wanted."""
     if wanted:
-        from importlib.metadata import version
-
-        typer.echo(f"escort-mj {version('escort-mj')}")
+        typer.echo(f"escort-mj {__version__}")
         raise typer.Exit

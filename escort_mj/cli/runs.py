@@ -27,6 +27,7 @@ from escort_mj.cli.app import (
 from escort_mj.cli.options import Count, Either, RunFolder, RunFolders, ScenarioName, Texts
 from escort_mj.cli.streams import OUTPUT, tell
 from escort_mj.errors import UsageError
+from escort_mj.record.revision import ask_for_revision
 
 if TYPE_CHECKING:
     from escort_mj.mission import Flight
@@ -60,6 +61,7 @@ def run_command(
         figures: Whether to draw the figures.
         report: Whether to write report.html with a replay.
     """
+    ask_for_revision()  # in time for the run folder
     from escort_mj import api
     from escort_mj.scenario.notes import notes
 

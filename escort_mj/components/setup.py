@@ -103,7 +103,7 @@ class Frame(NamedTuple):
     follows: bool
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class MissionSetup:
     """What components are told of their mission; `control.setup` says of what types the others are.
 

@@ -17,7 +17,7 @@ from escort_mj.radios import Radio
 from escort_mj.sensing.sensors import Sensors
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class Setup(MissionSetup):
     """The controller's knowledge, and the disturbances and noise that the plant adds around it."""
 

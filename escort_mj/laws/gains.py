@@ -1,11 +1,12 @@
 """Gains that fit a robot: by a closed rule from its mass, the delay and limit of its motors, and its sensors.
 
 With the sum T of all small delays between a measurement and the force, the velocity loop has the rate
-a = 1 / (2 T), Kessler's magnitude optimum. The position loop has the rate b a and the integral b a / 2: the
-characteristic polynomial is T s^4 + s^3 + a s^2 + b a^2 s + b^2 a^3 / 2. With b = 1/2, each loop is half as
-fast as the next inner one and all poles are pairs at a (-1 +- i) / 2: Kessler's damping optimum. It resists
-changing forces best, and overshoots a step of velocity by 57 %. Where none act, b = 0.15 overshoots by 20 %.
-Noise, saturation and the paper's own rate can make a smaller, which only adds damping.
+a = 1 / (2 T), Kessler's magnitude optimum. The position loop has the rate b a and the integral b a / 2; with
+apd_smc, the characteristic polynomial is T s^4 + s^3 + a s^2 + b a^2 s + b^2 a^3 / 2. With b = 1/2, each loop
+is half as fast as the next inner one and all poles are pairs at a (-1 +- i) / 2: Kessler's damping optimum.
+It resists changing forces best, but apd_smc then overshoots a step of velocity by 57 %. Where no such forces
+act, b = 0.15 overshoots by 20 %. Noise, saturation and the paper's own rate can make a smaller, which only
+adds damping.
 """
 
 from __future__ import annotations

@@ -35,6 +35,7 @@ from escort_mj.metrics.reading import escorts, radii_of, safe_gap
 from escort_mj.monitor.signals import OBSTACLES, ROBOTS
 from escort_mj.record.episodes import pair
 from escort_mj.record.recording import Recorded, require_places
+from escort_mj.record.window import rate_of
 
 Array = NDArray[np.float64]
 
@@ -86,8 +87,7 @@ class Touch(NamedTuple):
 
 def _dear(trace: Recorded) -> bool:
     """Whether there are too many touches, bodies and samples around each to look at them unasked."""
-    time = trace["time"].values
-    samples = min(len(time), (FORESIGHT + BEYOND) / max(float(np.median(np.diff(time, append=np.inf))), 1e-9))
+    samples = min(trace.sizes["time"], (FORESIGHT + BEYOND) * (rate_of(trace) or 0.0))
     return trace.sizes["episode"] * trace.sizes["body"] * samples > DEAR
 
 

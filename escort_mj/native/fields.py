@@ -110,16 +110,24 @@ def _own(owner: type) -> Mapping[str, Declared]:
     """Return the fields that a class itself annotates."""
     if issubclass(owner, tuple):  # a view: NamedTuple has references to types in place of their texts
         hints = get_type_hints(owner, include_extras=True)
-    else:  # a third of the time
-        hints = inspect.get_annotations(owner, eval_str=True)
+    else:  # a sixth of the time
+        hints = inspect.get_annotations(owner, locals={"Annotated": _Parts}, eval_str=True)
     return MappingProxyType({name: _declared(hint) for name, hint in hints.items()})
 
 
+class _Parts:
+    """Stands for `Annotated` where annotations are read: a tuple of its parts is made sooner."""
+
+    def __class_getitem__(cls, parts: tuple[Any, ...]) -> tuple[Any, ...]:
+        return parts
+
+
 def _declared(hint: Any) -> Declared:
-    """Return a field from its annotation."""
-    if get_origin(hint) is not Annotated:
-        return Declared(hint, (), None)
-    kind, *rest = get_args(hint)
+    """Return a field from its annotation, or from the parts of one."""
+    parts = get_args(hint) if get_origin(hint) is Annotated else hint
+    if not isinstance(parts, tuple):
+        return Declared(parts, (), None)
+    kind, *rest = parts
     value = rest.pop() if isinstance(rest[-1], Value) else None
     return Declared(kind if kind in SCALARS else np.ndarray, tuple(map(_extent, rest)), value)
 

@@ -17,6 +17,8 @@ from escort_mj.record.recording import Recorded, Recording, Variable
 COMPRESSED = {"compression": "gzip", "compression_opts": 1, "shuffle": True}
 SAMPLE, WORTH = 512, 0.5  # values that are tried; share of their bytes that is worth compressing
 NUMBERS, TEXTS = "fi", "UO"  # kinds of types
+TEXT = h5py.string_dtype()
+VARYING, ONE = h5py.h5t.py_create(TEXT, logical=True), h5py.h5s.create(h5py.h5s.SCALAR)  # of a single text
 WITHOUT_LABELS = "This is a netCDF dimension but not a netCDF variable."  # the standard's own words
 NUMBER, DIMENSIONS = "_Netcdf4Dimid", "_Netcdf4Coordinates"  # of a dimension, and those of a variable
 LABELS = "coordinates"  # names variables that label dimensions without being called like them
@@ -58,18 +60,17 @@ def to_netcdf(trace: Recorded) -> memoryview:
                     dim, (size,), ">f4", maxshape=_limits([dim], [size], growing)
                 )
                 written[dim].make_scale(f"{WITHOUT_LABELS}{size:10}")
-            written[dim].attrs[NUMBER] = np.int32(numbers[dim])
+            _write_attribute(written[dim], NUMBER, np.array(numbers[dim], "int32"))
         labels = {str(name): one.dims for name, one in trace.coords.items() if name not in sizes}
         for name, one in variables.items():
-            written[name].attrs[DIMENSIONS] = np.array([numbers[str(dim)] for dim in one.dims], "int32")
+            _write_attribute(written[name], DIMENSIONS, np.array([numbers[str(d)] for d in one.dims], "i4"))
             if name in sizes:
                 continue
             for place, dim in enumerate(one.dims):
                 h5py.h5ds.attach_scale(written[name].id, written[str(dim)].id, place)
-            if name not in labels and (
-                its := [each for each, dims in labels.items() if {*dims} <= {*one.dims}]
-            ):
-                written[name].attrs[LABELS] = " ".join(its)
+            labeled = [each for each, dims in labels.items() if {*dims} <= {*one.dims}]
+            if name not in labels and labeled:
+                _write_attribute(written[name], LABELS, " ".join(labeled))
     return content.getbuffer()
 
 
@@ -133,7 +134,19 @@ def _limits(dims: Sequence[Any], shape: Sequence[int], growing: set[str]) -> tup
 
 def _write_attributes(to: h5py.HLObject, attributes: Mapping[Any, Any]) -> None:
     for key, value in attributes.items():
-        to.attrs[str(key)] = value if isinstance(value, str) else np.atleast_1d(value)
+        _write_attribute(to, str(key), value if isinstance(value, str) else np.atleast_1d(value))
+
+
+def _write_attribute(to: h5py.HLObject, key: str, value: Any) -> None:
+    """Write a new attribute, straight to HDF5 where that has its type: `attrs` takes three times as long."""
+    if isinstance(value, str):
+        h5py.h5a.create(to.id, key.encode(), VARYING, ONE).write(np.array(value, TEXT))
+    elif value.dtype.kind in NUMBERS:
+        space = h5py.h5s.create_simple(value.shape) if value.ndim else ONE
+        kind = h5py.h5t.py_create(value.dtype, logical=True)
+        h5py.h5a.create(to.id, key.encode(), kind, space).write(value)
+    else:
+        to.attrs[key] = value
 
 
 def _attributes(of: h5py.HLObject) -> dict[str, Any]:

@@ -17,9 +17,22 @@ def git_revision() -> str | None:
     Returns:
         None outside of repositories, in one without a commit, and where there is no git.
     """
+    asked = ask_for_revision()
+    if asked is None:
+        return None
+    try:
+        said, _ = asked.communicate(timeout=PATIENCE)
+    except subprocess.TimeoutExpired:
+        asked.kill()
+        said, _ = asked.communicate()
+    return said.strip() or None if asked.returncode == 0 else None
+
+
+@lru_cache(maxsize=1)
+def ask_for_revision() -> subprocess.Popen[str] | None:
+    """Start git, once for a process: it answers while something else is done. None where there is no git."""
     command = ["git", "describe", "--always", "--dirty", "--abbrev=40", "--exclude=*"]
     try:
-        said = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE, check=True)
-    except (OSError, subprocess.SubprocessError):
+        return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
+    except OSError:
         return None
-    return said.stdout.strip() or None

@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Any
 from escort_mj.errors import RunFolderError
 from escort_mj.files import alive, checked, read_json, read_text, write_json
 from escort_mj.recognize import OUTCOME, RESOLVED, SCENARIO, irregular
-from escort_mj.record.intact import MetricsFile, OutcomeEntries, check_trace
 from escort_mj.record.journal import journal_of, read_journal
 from escort_mj.record.outcome import Outcome, Verdict
 from escort_mj.record.recording import Recorded, Recording, record
@@ -93,6 +92,8 @@ def read_run(path: str | os.PathLike[str]) -> StoredRun:
         raise RunFolderError(f"{folder}: is the folder of a study; {words}")
     if kind := irregular(folder / MODEL):
         raise RunFolderError(f"{folder / MODEL}: is {kind}, not a file")
+    from escort_mj.record.intact import MetricsFile, check_trace  # runs only write: they do without
+
     outcome = read_outcome(folder)
     trace = None
     if outcome["outcome"] == Outcome.RUNNING.value:
@@ -133,6 +134,8 @@ def read_outcome(folder: Path) -> dict[str, Any]:
     Raises:
         RunFolderError: If there is none, or it is no run's.
     """
+    from escort_mj.record.intact import OutcomeEntries
+
     found = read_json(folder / OUTCOME)
     checked(OutcomeEntries, found, folder / OUTCOME)
     return {"message": "", "pid": None} | found

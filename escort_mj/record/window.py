@@ -94,7 +94,7 @@ def rate_of(trace: Recorded) -> float | None:
     """Return how many samples a trace has per second [1/s], most of the time; None of fewer than two."""
     time, timestep = trace["time"].values, float(trace.attrs["timestep"])
     steps = np.rint(np.diff(time) / timestep)
-    return 1.0 / (float(np.median(steps)) * timestep) if len(steps) else None
+    return 1.0 / (float(np.sort(steps)[len(steps) // 2]) * timestep) if len(steps) else None
 
 
 def window(trace: Part, after: float = 0.0, before: float | None = None) -> Part:

@@ -23,6 +23,7 @@ from escort_mj.scenario.reader.catalog import catalog_of
 from escort_mj.scenario.schema.scenario import Scenario
 from escort_mj.sensing.sensors import readings_of
 from escort_mj.signals import SEVERAL
+from escort_mj.version import __version__
 from escort_mj.world.model.build import World
 from escort_mj.world.stages import IN_SPACE
 
@@ -167,10 +168,8 @@ def _size(scenario: Scenario, world: World) -> float:
 @cache
 def _versions() -> dict[str, str]:
     """What took part in a run, asked of the installation once for a process."""
-    from importlib.metadata import version
-
     return {
-        "version_escort_mj": version("escort-mj"),
+        "version_escort_mj": __version__,
         "version_mujoco": str(mujoco.__version__),
         "version_numpy": np.__version__,
         "version_numba": numba_version(),

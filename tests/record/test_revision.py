@@ -2,7 +2,7 @@ import subprocess
 
 import pytest
 
-from escort_mj.record.revision import git_revision
+from escort_mj.record.revision import ask_for_revision, git_revision
 
 
 @pytest.fixture
@@ -10,9 +10,15 @@ def asked(tmp_path, monkeypatch):
     """Asks in an empty folder, as in a fresh process."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("GIT_CEILING_DIRECTORIES", str(tmp_path.parent))
+
+    def ask() -> str | None:
+        git_revision.cache_clear()
+        ask_for_revision.cache_clear()
+        return git_revision()
+
+    yield ask
     git_revision.cache_clear()
-    yield git_revision.__wrapped__
-    git_revision.cache_clear()
+    ask_for_revision.cache_clear()
 
 
 def git(*arguments: str) -> str:

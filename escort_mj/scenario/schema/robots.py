@@ -4,7 +4,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, NonNegativeFloat, PositiveInt
 
-from escort_mj.components.parameters import Distance, Force, Mass, Parameters, Radius, Vector
+from escort_mj.components.parameters import Deferred, Distance, Force, Mass, Parameters, Radius, Vector
 from escort_mj.components.random_placement import RandomPlacement
 from escort_mj.robots import KINDS, PointMass
 from escort_mj.robots.kind import plane_height
@@ -93,7 +93,7 @@ class Robots(Parameters):
     """Initial velocities, one row per robot [m/s]; balls start rolling without slip; null: at rest."""
     placement: RandomPlacement | None = None
     """Random initial positions; null: within twice the mission's radius of the target."""
-    overrides: tuple[RobotOverride, ...] = ()
+    overrides: tuple[Annotated[RobotOverride, Deferred()], ...] = ()
     """Values of single robots, in place of the team's."""
     failures: tuple[Failure, ...] = ()
     """Robots whose motors fail during the mission."""

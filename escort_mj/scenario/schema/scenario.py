@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 from pydantic import BaseModel, Field, NonNegativeFloat, PositiveFloat
 
 from escort_mj.behaviors import AvoidObstacles, Surface, Vertices
-from escort_mj.components.parameters import TEXT, Parameters, Radius, Vector
+from escort_mj.components.parameters import TEXT, Deferred, Parameters, Radius, Vector
 from escort_mj.control.outer_loops import SetBased
 from escort_mj.control.trigger import Trigger
 from escort_mj.laws import ApdSmc
@@ -112,7 +112,7 @@ class Mission(Parameters):
         Surface.model_construct(),
     )
     """Behaviors in order of priority, highest first: names, or tables with a name and parameters."""
-    supervisor: Annotated[tuple[Phase, ...], Field(max_length=32)] = ()
+    supervisor: Annotated[tuple[Annotated[Phase, Deferred()], ...], Field(max_length=32)] = ()
     """Phases with their own behaviors, priorities or gains, selected by time or by a condition; outside these
     phases, `behaviors` applies."""
     trigger: Trigger | None = None
@@ -250,15 +250,15 @@ class Scenario(Parameters, metaclass=_Checked):
     """The team of robots."""
     obstacles: Annotated[tuple[Obstacle, ...], Field(max_length=MAX_OBSTACLES)] = ()
     """Fixed and moving obstacles."""
-    scenery: Annotated[tuple[Scenery, ...], Field(max_length=20)] = ()
+    scenery: Annotated[tuple[Annotated[Scenery, Deferred()], ...], Field(max_length=20)] = ()
     """Surroundings from files (docs/worlds.md). A stored scenario has them among its obstacles."""
-    walls: Annotated[tuple[Wall, ...], Field(max_length=100)] = ()
+    walls: Annotated[tuple[Annotated[Wall, Deferred()], ...], Field(max_length=100)] = ()
     """Walls and corridors, with doors."""
-    clutter: Clutter | None = None
+    clutter: Annotated[Clutter, Deferred()] | None = None
     """Random obstacles; null: none."""
-    opponents: Annotated[tuple[Opponents, ...], Field(max_length=20)] = ()
+    opponents: Annotated[tuple[Annotated[Opponents, Deferred()], ...], Field(max_length=20)] = ()
     """Bodies that try to reach the target and that robots can intercept (docs/pursuit.md)."""
-    teams: Annotated[tuple[Team, ...], Field(max_length=MOST_TEAMS)] = ()
+    teams: Annotated[tuple[Annotated[Team, Deferred()], ...], Field(max_length=MOST_TEAMS)] = ()
     """Teams of robots, each with targets of its own in place of `target` (docs/teams.md); empty: all robots
     are one team."""
     environment: Environment = Environment.model_construct()
@@ -271,7 +271,7 @@ class Scenario(Parameters, metaclass=_Checked):
     numbers."""
     sensing: Sensing = Sensing.model_construct()
     """Sensors of the robots and their errors."""
-    knowledge: Knowledge | None = None
+    knowledge: Annotated[Knowledge, Deferred()] | None = None
     """What each robot itself knows about the target; null: all robots share the team's measurements."""
     communication: Radio | None = None
     """Messages between the robots; null: all robots know each other's positions immediately."""
