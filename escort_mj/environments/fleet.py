@@ -23,6 +23,7 @@ from escort_mj.api import load_scenario
 from escort_mj.components.setup import COMMANDED
 from escort_mj.control.custom.native import any_failure
 from escort_mj.environments.draws import Sample, Values, check_fits, mission_of
+from escort_mj.environments.own import Part
 from escort_mj.environments.rivals import RivalReward, Rivals
 from escort_mj.environments.senses import Command, Reward, Seen, Senses
 from escort_mj.errors import UsageError
@@ -110,6 +111,7 @@ class Fleet:
         side: Side = "robots",
         rival_reward: RivalReward | None = None,
         sample: Mapping[str, Any] | None = None,
+        own: Sequence[Part] = (),
         *,
         keep: bool = False,
     ) -> None:
@@ -125,6 +127,7 @@ class Fleet:
             rival_reward: Weights of what is asked of opponents; None for those of `RivalReward`.
             sample: Scenario keys, and the range or the values from which each mission's are drawn, as
                 `sample.over` of a study; None to draw nothing.
+            own: Observations and rewards of one's own.
             keep: Whether missions keep their samples, for `flight`; else nothing judges their expectations.
 
         Raises:
@@ -135,13 +138,16 @@ class Fleet:
         self._side, self._command, self._keep = side, command, keep
         self._rival_reward, weights = rival_reward or RivalReward(), reward or Reward()
         threads = cores() if threads is None else int(threads)
+        if own and side == "opponents":
+            raise UsageError("own: found parts for robots; opponents alone are commanded (side)")
         self.scenario = load_scenario(scenario)
         self._sample = Sample(self.scenario, sample)
-        self._mark = mission_mark(self.scenario, command, side, keep, left_out=WORDS | {"seed"})
+        names = [part.name for part in own]
+        self._mark = mission_mark(self.scenario, command, side, keep, *names, left_out=WORDS | {"seed"})
         first = self._session(self.scenario)  # each mission gets its own when it begins
         self._first, self.missions = first.world, [first] * count
         self.values: list[Values] = [{} for _ in range(count)]
-        self.senses = Senses(first.plant, count, command, weights)
+        self.senses = Senses(first.plant, count, command, weights, own)
         opposed = count * (side != "robots")
         self.rivals = [Rivals(first.plant, self._rival_reward) for _ in range(opposed)]
         alone = side == "opponents"
@@ -221,6 +227,8 @@ class Fleet:
             finally:
                 for other in others:
                     other.result()
+            if senses.own:
+                senses.add_own(missions, np.stack([self.missions[k].plant.record for k in missions]))
             self.touching = senses.clearance <= 0.0
             self._judge(missions, several)
             if self.rivals:

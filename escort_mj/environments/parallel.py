@@ -18,6 +18,7 @@ except ImportError as error:
 
 from escort_mj.environments.draws import told, values_in
 from escort_mj.environments.fleet import Side
+from escort_mj.environments.own import Parts
 from escort_mj.environments.picture import SIZE, Camera, RenderMode, Size
 from escort_mj.environments.rivals import RivalReward
 from escort_mj.environments.seeds import Seeds
@@ -53,10 +54,11 @@ class EscortParallelEnv(ParallelEnv[str, Seen, NDArray[np.float32]], EzPickle):
         side: Side = "robots",
         rival_reward: RivalReward | None = None,
         sample: Mapping[str, Any] | None = None,
+        own: Parts = (),
     ) -> None:
         """Prepare a scenario; arguments as of `EscortEnv` and `Simulation`."""
-        EzPickle.__init__(self, scenario, command, reward, render_mode, size, side, rival_reward, sample)
-        self.simulation = simulation = Simulation(scenario, command, reward, side, rival_reward, sample)
+        EzPickle.__init__(self, scenario, command, reward, render_mode, size, side, rival_reward, sample, own)
+        self.simulation = simulation = Simulation(scenario, command, reward, side, rival_reward, sample, own)
         robots = [f"robot_{i + 1}" for i in range(simulation.count if side != "opponents" else 0)]
         rivals = simulation.rivals
         self._opponents = [f"opponent_{o + 1}" for o in range(rivals.count if rivals else 0)]

@@ -6,6 +6,7 @@ memory, and writes them into arrays of all missions, from which learners get the
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 
 import numpy as np
@@ -13,6 +14,7 @@ from numpy.typing import NDArray
 
 from escort_mj.components.setup import Outside
 from escort_mj.control.setup import Setup
+from escort_mj.environments.own import Now, Own, Part
 from escort_mj.errors import UsageError
 from escort_mj.knowledge.observation import TEAMMATES, observed_speed, vectors_observed
 from escort_mj.memory.perception import SETTINGS, WEIGHTS, perception_of
@@ -78,14 +80,16 @@ class Senses:
         width: How many numbers a robot observes.
         scale: What a command of 1 means, shape (N, n, 1) [m/s or N].
         commanded: The last commands, shape (N, n, p), from -1 to 1.
-        observed: What each robot observed last, shape (N, n, width); see `Simulation.observe`.
+        own: What is one's own of both.
         rewards: Of each robot for the last command, shape (N, n).
         terms: What these are sums of, in the order of the fields of `Reward`, shape (N, n, 7).
         clearance: Least distance of each robot to anything since the last command, shape (N, n) [m].
         sound: 0 where something in a mission's state may be wrong, shape (N, 1).
     """
 
-    def __init__(self, plant: Plant, count: int, command: Command, reward: Reward) -> None:
+    def __init__(
+        self, plant: Plant, count: int, command: Command, reward: Reward, own: Sequence[Part] = ()
+    ) -> None:
         """Prepare for missions.
 
         Args:
@@ -93,16 +97,20 @@ class Senses:
             count: N.
             command: What is commanded.
             reward: Weights of what is asked.
+            own: Observations and rewards of one's own.
 
         Raises:
-            UsageError: If there is no target, or if forces are to be commanded without a limit.
+            UsageError: If there is no target, if `own` has something else, or if forces are to be commanded
+                without a limit.
         """
         world = plant.world
         self.count, self._command, self._sizes = count, command, world.sizes
         self.robots, self.axes = world.sizes["robot"], world.sizes["axis"]
+        self.own = Own(own, (count, self.robots), WEIGHTS)
         self._mates = min(self.robots - 1, TEAMMATES)
         self._opposed = bool(world.setup.opponents)
-        self.width = vectors_observed(self.robots, int(self._opposed)) * self.axes
+        width = vectors_observed(self.robots, int(self._opposed)) * self.axes
+        self.width = width + len(self.own.limits)
         radii = [radius for team in world.setup.teams for radius in world.setup.radii_of(team)]
         self._least_radius = min(radii or [world.setup.radius])
         n, sizes, self._reward = self.robots, self._sizes, reward
@@ -112,12 +120,12 @@ class Senses:
         self._settings = np.tile(np.append(list(settings.values()), even), (count, 1))
         self.scale = np.zeros((count, n, 1))
         self.commanded: Array = np.zeros((count, n, self.axes))
-        found = np.zeros((count, 2 + n * (3 + len(WEIGHTS) + self.width)))
+        found = np.zeros((count, 2 + n * (3 + len(WEIGHTS) + width)))
         ends = [1, 2, 2 + n, 2 + 2 * n, 2 + 3 * n, 2 + (3 + len(WEIGHTS)) * n]
         self.sound, _, self.rewards, _, self.clearance, terms, observed = np.split(found, ends, axis=1)
         self._found = found
         self.terms = terms.reshape(count, n, len(WEIGHTS))
-        self.observed = observed.reshape(count, n, self.width)
+        self._observed = observed.reshape(count, n, width)
         self._perceive = perception_of(self.axes)
         arrays = self._settings, self.commanded, found
         self._rows = [[each[k].ctypes.data for each in arrays] for k in range(count)]
@@ -179,17 +187,36 @@ class Senses:
             self.clearance[mission] = every.min(axis=(0, 2), initial=np.inf)
         self._perceive(*self._given[mission])
 
+    def add_own(self, missions: Sequence[int], samples: Array) -> None:
+        """Find what is one's own of missions that have perceived, and add it to their rewards.
+
+        Args:
+            missions: Which ones, from 0.
+            samples: Their last ones, shape (len(missions), record_size).
+        """
+        those = list(missions)
+        self.own.find(those, Now(samples, self._sizes, self.commanded[those]))
+        self.rewards[those] += self.own.terms[those].sum(axis=2)
+
+    @property
+    def observed(self) -> Array:
+        """What each robot observed last, shape (N, n, width); see `Simulation.observe`."""
+        return np.concatenate([self._observed, self.own.observed], axis=2) if self.own else self._observed
+
     def reward_terms(self) -> dict[str, Array]:
-        """Return copies of what rewards are sums of, by the fields of `Reward`, each of shape (N, n)."""
-        return dict(zip(WEIGHTS, self.terms.transpose(2, 0, 1).copy(), strict=True))
+        """Return copies of what rewards are sums of, by name, each of shape (N, n)."""
+        terms = np.concatenate([each.transpose(2, 0, 1) for each in (self.terms, self.own.terms)])
+        return dict(zip([*WEIGHTS, *self.own.names], terms, strict=True))
 
-    def kept(self, mission: int) -> tuple[Array, Array]:
+    def kept(self, mission: int) -> tuple[Array, ...]:
         """Return copies of what is known of a mission since its last command, for `put`."""
-        return self.commanded[mission].copy(), self._found[mission].copy()
+        known = self.commanded, self._found, self.own.observed, self.own.terms
+        return tuple(each[mission].copy() for each in known)
 
-    def put(self, mission: int, kept: tuple[Array, Array]) -> None:
+    def put(self, mission: int, kept: tuple[Array, ...]) -> None:
         """Take up what `kept` returned in a mission that has entered its world."""
-        self.commanded[mission], self._found[mission] = kept
+        self.commanded[mission], self._found[mission] = kept[:2]
+        self.own.observed[mission], self.own.terms[mission] = kept[2:]
 
     def limits(self, bound: float) -> Seen:
         """Return the largest size of each number that a robot observes, shape (width,).
@@ -199,7 +226,7 @@ class Senses:
         """
         lengths, speeds = 2.0 * bound / self._least_radius, FASTEST
         parts = [lengths, speeds, speeds, *[lengths] * (1 + self._mates), *[lengths, speeds] * self._opposed]
-        return np.repeat(np.array(parts, dtype=np.float32), self.axes)
+        return np.append(np.repeat(np.array(parts, dtype=np.float32), self.axes), self.own.limits)
 
     def bounded(self, limits: Seen) -> Seen:
         """Return observations as learners take them: cut off at `limits`, and 0 where there is no number.

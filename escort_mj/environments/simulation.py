@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from escort_mj.api.runs import Run
 from escort_mj.environments.draws import SET, Values, values_in
 from escort_mj.environments.fleet import Fleet, Side
+from escort_mj.environments.own import Parts
 from escort_mj.environments.rivals import RivalReward, Rivals
 from escort_mj.environments.senses import Command, Reward, Seen
 from escort_mj.errors import UsageError
@@ -53,6 +54,7 @@ class Simulation:
         side: Side = "robots",
         rival_reward: RivalReward | None = None,
         sample: Mapping[str, Any] | None = None,
+        own: Parts = (),
     ) -> None:
         """Prepare a scenario; `reset` starts it.
 
@@ -64,13 +66,14 @@ class Simulation:
             rival_reward: Weights of what is asked of opponents; None for those of `RivalReward`.
             sample: Scenario keys, and for each a range (`low`, `high`, `scale`, `whole`) or a list, as
                 `sample.over` of a study: each mission's values are drawn from them, by its seed.
+            own: What robots observe beside the usual, in this order, and terms of their rewards.
 
         Raises:
             UsageError: If an argument is not of its kind, or forces are to be commanded and there is no limit
                 to scale them by, or opponents and there are none.
             ScenarioError: If what `sample` has is impossible.
         """
-        self.fleet = Fleet(scenario, 1, command, reward, 1, side, rival_reward, sample, keep=True)
+        self.fleet = Fleet(scenario, 1, command, reward, 1, side, rival_reward, sample, own, keep=True)
         self.command, self.reward, self.side = command, reward or Reward(), side
         senses = self.fleet.senses
         self.count, self.axes, self.width = senses.robots, senses.axes, senses.width
@@ -240,7 +243,7 @@ class Simulation:
 
     @property
     def reward_terms(self) -> dict[str, Array]:
-        """What the last rewards are sums of, by the fields of `Reward`, each of shape (n,)."""
+        """What the last rewards are sums of, by name, each of shape (n,)."""
         return {name: term[0] for name, term in self.fleet.senses.reward_terms().items()}
 
     def observe(self) -> Array:

@@ -17,6 +17,7 @@ except ImportError as error:
 
 from escort_mj.environments.draws import told, values_in
 from escort_mj.environments.fleet import OneSide
+from escort_mj.environments.own import Parts
 from escort_mj.environments.picture import SIZE, Camera, RenderMode, Size
 from escort_mj.environments.rivals import RivalReward
 from escort_mj.environments.seeds import Seeds
@@ -50,6 +51,7 @@ class EscortEnv(gymnasium.Env[Seen, NDArray[np.float32]], EzPickle):
         side: OneSide = "robots",
         rival_reward: RivalReward | None = None,
         sample: Mapping[str, Any] | None = None,
+        own: Parts = (),
     ) -> None:
         """Prepare a scenario.
 
@@ -62,14 +64,15 @@ class EscortEnv(gymnasium.Env[Seen, NDArray[np.float32]], EzPickle):
             side: Who is commanded; the others do as the scenario says.
             rival_reward: As of `Simulation`.
             sample: As of `Simulation`.
+            own: As of `Simulation`.
 
         Raises:
             UsageError: If an argument is not of its kind, or forces are to be commanded without a limit, or
                 opponents and there are none, or both sides, or the mode of rendering is not known.
             ScenarioError: If what `sample` has is impossible.
         """
-        EzPickle.__init__(self, scenario, command, reward, render_mode, size, side, rival_reward, sample)
-        self.simulation = Simulation(scenario, command, reward, side, rival_reward, sample)
+        EzPickle.__init__(self, scenario, command, reward, render_mode, size, side, rival_reward, sample, own)
+        self.simulation = Simulation(scenario, command, reward, side, rival_reward, sample, own)
         self.render_mode = render_mode
         self.metadata = self.metadata | {"render_fps": round(self.simulation.scenario.recording.rate)}
         self._camera = Camera(self.simulation, size)

@@ -17,6 +17,7 @@ except ImportError as error:
 
 from escort_mj.environments.draws import SET, Values, values_in
 from escort_mj.environments.fleet import Fleet, OneSide
+from escort_mj.environments.own import Parts
 from escort_mj.environments.rivals import RivalReward
 from escort_mj.environments.seeds import Seeds
 from escort_mj.environments.senses import Command, Reward, Seen
@@ -59,6 +60,7 @@ class EscortVectorEnv(VectorEnv[Seen, NDArray[np.float32], NDArray[Any]], EzPick
         side: OneSide = "robots",
         rival_reward: RivalReward | None = None,
         sample: Mapping[str, Any] | None = None,
+        own: Parts = (),
     ) -> None:
         """Prepare missions.
 
@@ -73,20 +75,21 @@ class EscortVectorEnv(VectorEnv[Seen, NDArray[np.float32], NDArray[Any]], EzPick
             side: As of `EscortEnv`.
             rival_reward: As of `Simulation`.
             sample: As of `Simulation`; each mission has values of its own.
+            own: As of `Simulation`; one object serves all missions.
 
         Raises:
             UsageError: If an argument is not of its kind, or there is to be no mission, or forces are to be
                 commanded without a limit, or opponents and there are none, or both sides.
             ScenarioError: If what `sample` has is impossible.
         """
-        given = num_envs, scenario, command, reward, threads, autoreset_mode, side, rival_reward, sample
+        given = num_envs, scenario, command, reward, threads, autoreset_mode, side, rival_reward, sample, own
         EzPickle.__init__(self, *given)
         try:
             self.autoreset_mode = AutoresetMode(autoreset_mode)
         except ValueError:
             modes = ", ".join(mode.value for mode in AutoresetMode)
             raise argument_error("autoreset_mode", autoreset_mode, f"one of {modes}") from None
-        self.fleet = Fleet(scenario, num_envs, command, reward, threads, side, rival_reward, sample)
+        self.fleet = Fleet(scenario, num_envs, command, reward, threads, side, rival_reward, sample, own)
         self.num_envs = num_envs = int(num_envs)
         team = self.fleet.members, self.fleet.senses.axes
         self.metadata = {"render_modes": [], "autoreset_mode": self.autoreset_mode}
