@@ -141,9 +141,11 @@ class PluginCallError(EscortError):
     """What a plugin did wrong when it was called, with its file and line."""
 
 
+NO_PATH = (errno.ENAMETOOLONG, errno.ELOOP)
+"""What the system says of a path that no file can have, wherever that is looked for."""
 _PATH_AT_FAULT = frozenset(
     (errno.ENOENT, errno.ENOTDIR, errno.EISDIR, errno.EEXIST, errno.EACCES, errno.EPERM)
-    + (errno.ENAMETOOLONG, errno.ELOOP, errno.ETXTBSY, errno.EILSEQ)
+    + (*NO_PATH, errno.ETXTBSY, errno.EILSEQ)
 )
 
 

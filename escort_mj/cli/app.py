@@ -21,7 +21,7 @@ from escort_mj import stopping
 from escort_mj.cli.group import Commands, print_version
 from escort_mj.cli.options import SHARED, help_of, options, plain
 from escort_mj.cli.streams import OUTPUT, Output, lasting_streams, printable_json, say
-from escort_mj.errors import EscortError, LogError, ScenarioError
+from escort_mj.errors import NO_PATH, EscortError, LogError, ScenarioError
 from escort_mj.progress import Progress, terminal_bar, unseen
 
 if TYPE_CHECKING:
@@ -47,9 +47,6 @@ app = typer.Typer(
 
 # What the system says where a disk is full, may not be written, or fails.
 DISK = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS, errno.EIO)
-
-# What it says of a path that no file can have, wherever that is looked for.
-NO_PATH = (errno.ENAMETOOLONG, errno.ELOOP)
 
 GOOD, VERDICT_FAILED, BAD_INPUT, BROKEN = 0, 1, 2, 3
 

@@ -63,7 +63,9 @@ def _read(path: Path) -> pandas.DataFrame:
 
     try:
         if path.suffix == PARQUET:
-            return pandas.read_parquet(path)
+            table = pandas.read_parquet(path)
+            texts = [name for name, kind in table.dtypes.items() if pandas.api.types.is_string_dtype(kind)]
+            return table.astype(dict.fromkeys(texts, object))  # now: their bytes may be no text
         table, head = pandas.read_csv(path), pandas.read_csv(path, header=None, nrows=1, dtype=str)
         if head.shape[1] == table.shape[1]:  # pandas gives the second of two equal columns another name
             table.columns = head.iloc[0].fillna("")

@@ -22,7 +22,7 @@ from typing import Annotated, Any, ForwardRef, Literal, ParamSpec, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from escort_mj.errors import UsageError, one_line
+from escort_mj.errors import NO_PATH, UsageError, one_line
 from escort_mj.scenario.findings import did_you_mean, shortened, shown, written
 
 Array = NDArray[np.float64]
@@ -232,7 +232,12 @@ def checked(function: Callable[P, T]) -> Callable[P, T]:
         for argument, kind in kinds().items():
             if argument in given and not kind.accepts(given[argument]):
                 raise argument_error(argument, given[argument], kind.words)
-        return function(*args, **kwargs)
+        try:
+            return function(*args, **kwargs)
+        except OSError as error:
+            if error.errno not in NO_PATH:
+                raise
+            raise UsageError(f"{shortened(str(error.filename))}: {error.strerror}") from None
 
     return call
 

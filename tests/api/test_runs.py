@@ -208,6 +208,8 @@ def test_what_is_read_only_says_what_is_done_in_place(opened: Run) -> None:
     assert str(inspect.signature(escort_mj.Scenario)).startswith("(*, version=Ellipsis, name=Ellipsis")
     with pytest.raises(RunFolderError, match=r"trace.nc: is a file; expected a run folder, such as \S*two$"):
         escort_mj.open_run(opened.folder / "trace.nc")
+    with pytest.raises(UsageError, match=r"^x+.*characters.: File name too long$"):
+        escort_mj.open_run("x" * 5000)
 
 
 def test_the_folder_of_a_study_is_no_run(tmp_path: Path) -> None:

@@ -399,8 +399,13 @@ def test_no_log_at_all(run: Run, tmp_path: Path) -> None:
     (tmp_path / "log.txt").write_text("time")
     (tmp_path / "log.csv").write_bytes(b"\x00\xff")
     (tmp_path / "log.mcap").write_bytes(b"no mcap")
+    pyarrow = pytest.importorskip("pyarrow")
+    latin = pyarrow.array([b"B\xf6b"]).cast(pyarrow.string(), safe=False)
+    table = pyarrow.table({"time": [0.0], "name": latin, "x": [0.0], "y": [0.0]})
+    pytest.importorskip("pyarrow.parquet").write_table(table, tmp_path / "log.parquet")
     for name, words in (
         ("none.csv", "no such file"),
+        ("log.parquet", "log.parquet: cannot be read as a table"),
         ("log.txt", "is no log"),
         ("log.mcap", "cannot be read"),
         (f"{'x' * 300}.csv", "no such file"),
