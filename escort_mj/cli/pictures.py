@@ -22,6 +22,7 @@ if TYPE_CHECKING:
         "start": "--from",
         "end": "--to",
         "size": "--size WxH",
+        "look_at": "--look-at X,Y,Z",
         "video_format": "--format",
         "only": "--only NAME",
     },
@@ -30,6 +31,7 @@ def render_command(
     run_folder: RunFolder,
     camera: Literal["overview", "follow", "top", "robot"] | None = None,
     robot: int | None = None,
+    look_at: str | None = None,
     azimuth: float | None = None,
     elevation: float | None = None,
     distance: float | None = None,
@@ -59,6 +61,7 @@ def render_command(
     Args:
         camera: Camera of the video; None for the scenario's.
         robot: Robot that the camera `robot` goes behind.
+        look_at: Point that the camera looks at the whole time [m], such as 0,3,1.
         azimuth: Direction of view around the vertical [deg].
         elevation: Direction of view above the horizon [deg]; -90 looks straight down.
         distance: Distance of the camera from the point it looks at [m].
@@ -81,7 +84,7 @@ def render_command(
         "elevation": elevation,
         "distance": distance,
     }
-    changes |= {"start": start, "end": end, "rate": rate, "speed": speed} | _sides(size)
+    changes |= {"start": start, "end": end, "rate": rate, "speed": speed} | _sides(size) | _point(look_at)
     if only and not figures:
         raise UsageError("--only names figures to draw; --no-figures draws none")
     wanted = _video(run_folder, {key: value for key, value in changes.items() if value is not None})
@@ -107,6 +110,17 @@ def _sides(size: str | None) -> dict[str, int]:
     if (found := re.fullmatch(r"(\d{1,9})[x×](\d{1,9})", size.strip())) is None:
         raise UsageError(f"--size: found {size}; expected WIDTHxHEIGHT in pixels, such as 640x360")
     return {"width": int(found[1]), "height": int(found[2])}
+
+
+def _point(look_at: str | None) -> dict[str, list[float]]:
+    """The point `X,Y,Z`."""
+    if look_at is None:
+        return {}
+    try:
+        x, y, z = map(float, look_at.split(","))
+    except ValueError:
+        raise UsageError(f"--look-at: found {look_at}; expected three numbers [m], such as 0,3,1") from None
+    return {"look_at": [x, y, z]}
 
 
 def _video(folder: Path, changes: dict[str, Any]) -> Video | None:

@@ -14,11 +14,18 @@ def test_a_size_is_two_numbers(size):
         pictures._sides(size)
 
 
+@pytest.mark.parametrize("point", ["1", "1,2", "1;2;3", "a,b,c", "1,2,3,4"])
+def test_a_point_is_three_numbers(point):
+    with pytest.raises(UsageError, match="--look-at: found .*; expected three numbers"):
+        pictures._point(point)
+
+
 def test_options_are_the_keys_of_a_scenarios_video(make_run):
     folder = make_run()
     assert pictures._video(folder, {}) is None
     video = pictures._video(folder, {"azimuth": 30.0, "start": 1.0, **pictures._sides("640x360")})
     assert (video.azimuth, video.start, video.width, video.height) == (30.0, 1.0, 640, 360)
+    assert pictures._video(folder, pictures._point("0,-3,1.5")).look_at == (0.0, -3.0, 1.5)
     with pytest.raises(ScenarioError, match=r"video\.elevation: found 95"):
         pictures._video(folder, {"elevation": 95.0})
 

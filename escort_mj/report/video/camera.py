@@ -130,16 +130,18 @@ class Viewpoint(NamedTuple):
     """Where the camera stands, as far as the user says so; None where the mission decides.
 
     Attributes:
-        robot: That the camera `robot` goes behind, from 0.
         azimuth: Direction of view around the vertical [deg].
         elevation: Direction of view above the horizon [deg].
         distance: From the point it looks at [m].
+        robot: That the camera `robot` goes behind, from 0.
+        look_at: The point, shape (3,) [m].
     """
 
     azimuth: float | None = None
     elevation: float | None = None
     distance: float | None = None
     robot: int = 0
+    look_at: tuple[float, ...] | None = None
 
 
 def plan_shot(
@@ -165,7 +167,7 @@ def plan_shot(
         elevation = stand.elevation
     times = np.linspace(replay.time[0], replay.end, 200)
     if camera == "robot":
-        return _at(_behind(replay, times, calm, stand), stand.distance)
+        return _at(_behind(replay, times, calm, stand), stand)
     azimuth = np.full(len(times), 90.0)
     if stand.azimuth is not None:
         azimuth = np.full(len(times), stand.azimuth)
@@ -177,11 +179,11 @@ def plan_shot(
         views = [frame(everything, a, elevation, *optics) for a in azimuth]
         nearest = 2 * replay.radius / (2 * views[0].distance * math.tan(math.radians(field_of_view) / 2))
         if nearest >= LEAST_CIRCLE:
-            return _at(_shot(times, views), stand.distance)
+            return _at(_shot(times, views), stand)
     views = [
         frame(_around(replay, t, camera), a, elevation, *optics) for t, a in zip(times, azimuth, strict=True)
     ]
-    return _at(_smooth(_shot(times, views), calm), stand.distance)
+    return _at(_smooth(_shot(times, views), calm), stand)
 
 
 def _behind(replay: Replay, times: Array, calm: float, stand: Viewpoint) -> Shot:
@@ -199,9 +201,13 @@ def _behind(replay: Replay, times: Array, calm: float, stand: Viewpoint) -> Shot
     return Shot(times, path, distance, azimuth, elevation)
 
 
-def _at(shot: Shot, distance: float | None) -> Shot:
-    """The same way at a distance; None leaves it."""
-    return shot if distance is None else replace(shot, distance=np.full(len(shot.times), distance))
+def _at(shot: Shot, stand: Viewpoint) -> Shot:
+    """The same way at the distance and past the point that the user chose."""
+    if stand.distance is not None:
+        shot = replace(shot, distance=np.full(len(shot.times), stand.distance))
+    if stand.look_at is not None:
+        shot = replace(shot, look_at=np.tile(stand.look_at, (len(shot.times), 1)))
+    return shot
 
 
 def _shot(times: Array, views: list[View]) -> Shot:

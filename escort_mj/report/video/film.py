@@ -75,10 +75,8 @@ class Film:
         self._data = mujoco.MjData(model)
         self._glow = GLOW * video.speed
         self._aspect = video.width / video.height
-        stand, angle = (
-            Viewpoint(video.azimuth, video.elevation, video.distance, video.robot - 1),
-            model.vis.global_.fovy,
-        )
+        stand = Viewpoint(video.azimuth, video.elevation, video.distance, video.robot - 1, video.look_at)
+        angle = model.vis.global_.fovy
         self._trail = TRAIL * video.speed
         self._overlay = Overlay(title, video.speed, replay.count, self.size)
         self._ends = clip is not None or end >= replay.end

@@ -168,6 +168,8 @@ class Video(Parameters):
     `robot` goes behind one robot."""
     robot: Annotated[int, Field(ge=1)] = 1
     """Robot that the camera `robot` goes behind."""
+    look_at: Annotated[Vector, Field(min_length=3, max_length=3)] | None = None
+    """Point that the camera looks at the whole time [m]; null: what `camera` shows."""
     azimuth: Annotated[float, Field(ge=-360, le=360)] | None = None
     """Direction in which the camera looks, around the vertical [deg]; 90 looks along +y; null: chosen for the
     mission."""

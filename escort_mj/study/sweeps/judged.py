@@ -18,6 +18,7 @@ from escort_mj.study.sweeps.results import Results
 
 ALIKE = 0.05  # share by which values must differ to count as worse
 MOST_NAMED = 3  # cells
+NOTHING = "says nothing of it"  # a level that a claim does not concern
 SHORT = {True: "yes", False: "no", None: "-"}
 FILES = JSON, MARKDOWN = "expect.json", "expect.md"
 
@@ -55,7 +56,8 @@ class Judged(NamedTuple):
         decided = {level: answer.holds for level, answer in self.answers.items() if answer.holds is not None}
         holding = [level for level, holds in decided.items() if holds]
         failing = [level for level, holds in decided.items() if not holds]
-        if not decided:
+        waits = [each for each in self.answers.values() if each.holds is None and each.measured != NOTHING]
+        if not decided or (waits and not failing):
             return "undecided"
         if not failing or not holding:
             return "no" if failing else "yes"
@@ -132,7 +134,7 @@ def _answer(results: Results, one: CellsExpectation, level: str) -> Answer:
     if results.apart:
         cells = [index for index in cells if results.labels(index)[results.apart] == level]
     if not cells:
-        return Answer(None, "says nothing of it")
+        return Answer(None, NOTHING)
     others = [] if one.better is None else [_other(results, index, one.better) for index in cells]
     if missing := [index for index in (*cells, *others) if not _known(results, index)]:
         return Answer(None, f"{_named(results, missing, (*cells, *others))} has not run")

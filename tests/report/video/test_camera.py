@@ -102,8 +102,9 @@ def test_the_camera_stands_where_the_user_says(make_run, camera):
         assert (view.azimuth, view.elevation) == (30.0, -70.0)
         target = project(view, replay.at(time).target, SIZE, FIELD)
         assert (target > 0).all() and (target < SIZE).all()
-        far = plan_shot(replay, camera, FIELD, 16 / 9, 0.0, Viewpoint(distance=123.0)).view(time)
-        assert far.distance == 123.0
+        stand = Viewpoint(distance=123.0, look_at=(1.0, 2.0, 3.0))
+        far = plan_shot(replay, camera, FIELD, 16 / 9, 0.0, stand).view(time)
+        assert far.distance == 123.0 and far.look_at.tolist() == [1.0, 2.0, 3.0]
         if camera == "top":
             assert far.elevation == -90.0
 

@@ -108,6 +108,8 @@ def test_a_claim_without_a_bound_is_that_runs_complete() -> None:
     assert found.answers["none"] == Answer(None, "says nothing of it")
     assert found.answers["some"] == Answer(False, "in 2 of 4 cells; not in plane, b; space, b")
     assert judged({}, lambda *_: {}, missing=8).holds == "undecided"
+    part = judged({"where": {"law": "a"}}, lambda *_: {}, missing=1)
+    assert part.answers["some"].holds and part.holds == "undecided"
     one = judged({"where": {"case": "plane", "law": "b"}}, lambda *_: None)
     assert one.answers["some"] == Answer(False, "plane, b diverged: far away")
 
