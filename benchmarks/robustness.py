@@ -159,7 +159,7 @@ def main() -> None:
     low = math.floor(100 * binomtest(runs, runs).proportion_ci(0.95, "exact").low)
     high = math.ceil(100 * binomtest(0, runs).proportion_ci(0.95, "exact").high)
     note = (
-        f"The numbers in the figure count the passing runs, out of {runs} runs with different noise. "
+        f"The numbers in the figure count the passing runs, out of {runs} runs with different seeds. "
         f"By exact binomial intervals (95 %), {runs} of {runs} means that more than {low} % "
         f"of such runs pass, and 0 of {runs} means that fewer than {high} % pass."
     )

@@ -55,8 +55,8 @@ class AvoidObstacles(Behavior):
     """Constant added to the state-dependent gain [1/s] (paper: rho_i)."""
     sidestep: Annotated[float, Field(ge=0.0, le=10.0)] = 0.1
     """Minimum tangential velocity around an obstacle, as a share of the velocity that the obstacle blocks, so
-    that robots do not stop in front of it (remark 6); 0: no minimum, so that only noise ends such a stop (the
-    paper)."""
+    that robots do not stop in front of it (remark 6); 0: no minimum (the paper), so that a robot may stop
+    there."""
 
     python_only: ClassVar[frozenset[str]] = frozenset({"measure", "teammates"})
 

@@ -85,7 +85,7 @@ class SetBased(OuterLoop):
     loop: Literal["set_based"] = "set_based"
     activation: Literal["smooth", "tangent_cone"] = "smooth"
     """When the condition on v applies: always, so that a robot slows down early (`smooth`), or only within
-    the safe distance, where the margin may not shrink further (`tangent_cone`)."""
+    the safe distance, from where a robot must move away (`tangent_cone`)."""
     rate: PositiveFloat = 4.0
     """Share of the margin that a robot may use up per second or, where the margin is negative, must recover
     [1/s]."""
