@@ -23,10 +23,11 @@ from escort_mj.api import load_scenario
 from escort_mj.components.setup import COMMANDED
 from escort_mj.control.custom.native import any_failure
 from escort_mj.environments.draws import Sample, Values, check_fits, mission_of
-from escort_mj.environments.own import Part
+from escort_mj.environments.own import Part, described
 from escort_mj.environments.rivals import RivalReward, Rivals
 from escort_mj.environments.senses import Command, Reward, Seen, Senses
 from escort_mj.errors import UsageError
+from escort_mj.memory.perception import WEIGHTS
 from escort_mj.mission import Flight, completed, distances_of, examine, take_back
 from escort_mj.mission.session import Session
 from escort_mj.native.on_demand import waited
@@ -132,7 +133,7 @@ class Fleet:
 
         Raises:
             UsageError: If forces are to be commanded and there is no limit to scale them by, or opponents and
-                there are none, or `sample` is no such table.
+                there are none, or `sample` is no such table, or `own` has something else.
             ScenarioError: If what `sample` has is impossible.
         """
         self._side, self._command, self._keep = side, command, keep
@@ -142,8 +143,8 @@ class Fleet:
             raise UsageError("own: found parts for robots; opponents alone are commanded (side)")
         self.scenario = load_scenario(scenario)
         self._sample = Sample(self.scenario, sample)
-        names = [part.name for part in own]
-        self._mark = mission_mark(self.scenario, command, side, keep, *names, left_out=WORDS | {"seed"})
+        parts = described(own, WEIGHTS)
+        self._mark = mission_mark(self.scenario, command, side, keep, *parts, left_out=WORDS | {"seed"})
         first = self._session(self.scenario)  # each mission gets its own when it begins
         self._first, self.missions = first.world, [first] * count
         self.values: list[Values] = [{} for _ in range(count)]
@@ -227,14 +228,15 @@ class Fleet:
             finally:
                 for other in others:
                     other.result()
-            if senses.own:
-                senses.add_own(missions, np.stack([self.missions[k].plant.record for k in missions]))
             self.touching = senses.clearance <= 0.0
             self._judge(missions, several)
             if self.rivals:
                 self.decided = np.array([each.over.all() for each in self.rivals])
             for k in missions if self._keep else ():
                 self.missions[k].wall += time.perf_counter() - waited() - began
+        if senses.own:  # when all else is done: it may raise anything, and be interrupted
+            samples = np.stack([self.missions[k].plant.record for k in missions])
+            senses.add_own(missions, samples, self.broken[list(missions)])
         if self._side == "opponents":
             return np.array([each.rewards for each in self.rivals])
         return senses.rewards

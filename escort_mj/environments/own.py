@@ -25,7 +25,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from escort_mj.errors import UsageError
-from escort_mj.scenario.arguments import Bound, Words, argument_error, number, whole_number
+from escort_mj.scenario.arguments import Bound, Words, argument_error, number, shape_of, whole_number
 from escort_mj.scenario.findings import did_you_mean
 from escort_mj.signals import SIGNALS, columns
 
@@ -36,11 +36,7 @@ BY_NAME = {signal.name: signal for signal in SIGNALS}
 
 
 class Now:
-    """What is known of N missions, each at its last sample: `now["q"]` are positions, shape (N, n, p).
-
-    Attributes:
-        commanded: What led here, shape (N, n, p), from -1 to 1.
-    """
+    """What is known of N missions, each at its last sample: `now["q"]` are positions, shape (N, n, p)."""
 
     def __init__(self, samples: Array, sizes: dict[str, int], commanded: Array) -> None:
         """Look at samples.
@@ -50,7 +46,7 @@ class Now:
             sizes: Of the dimensions of signals.
             commanded: Shape (N, n, p).
         """
-        self._samples, self._sizes, self.commanded = samples, sizes, commanded
+        self._samples, self._sizes, self._commanded = samples, sizes, commanded
 
     def __getitem__(self, name: str) -> Array:
         """Return a copy of a signal of all missions, shape (N, *its dimensions without time).
@@ -58,7 +54,7 @@ class Now:
         Raises:
             UsageError: If there is none of that name, or this mission does not record it.
         """
-        if name not in BY_NAME:
+        if not isinstance(name, str) or name not in BY_NAME:
             raise UsageError(f"now: found the signal {name!r}{did_you_mean(str(name), BY_NAME)}")
         signal = BY_NAME[name]
         if not signal.recorded(self._sizes) or not {*signal.dims} <= self._sizes.keys():
@@ -70,6 +66,11 @@ class Now:
     def time(self) -> Array:
         """Simulated time, shape (N,) [s]."""
         return self._samples[:, 0].copy()
+
+    @property
+    def commanded(self) -> Array:
+        """What led here, shape (N, n, p), from -1 to 1."""
+        return self._commanded.copy()
 
 
 class Part(ABC):
@@ -126,35 +127,13 @@ class Own:
         terms: Of the last rewards, with their weights, shape (N, n, terms).
     """
 
-    def __init__(self, parts: Sequence[Part], shape: tuple[int, int], others: Collection[str] = ()) -> None:
+    def __init__(self, parts: Sequence[Part], shape: tuple[int, int]) -> None:
         """Prepare for missions.
 
         Args:
-            parts: Observations and terms of rewards.
+            parts: Observations and terms of rewards, which `described` has accepted.
             shape: N and n.
-            others: Names of other terms.
-
-        Raises:
-            UsageError: If one of them is something else, or says nonsense of itself.
         """
-        names = list(others)
-        for place, part in enumerate(parts):
-            where = f"own[{place}]"
-            name = getattr(part, "name", None)
-            if not (isinstance(name, str) and name.isidentifier()):
-                raise argument_error(f"{where}.name", name, "a name of letters, digits and _")
-            if name in names:
-                raise UsageError(f"{where}.name: found {name!r}, which another one has already")
-            names.append(name)
-            if isinstance(part, RewardTerm):
-                number(part.weight, f"{name}.weight", "a finite number", Bound())
-            elif isinstance(part, Observation):
-                wide = getattr(part, "width", None)
-                whole_number(wide, f"{name}.width", f"a whole number from 1 to {MOST_WIDE}", 1, MOST_WIDE)
-                if part.limit != np.inf:
-                    number(part.limit, f"{name}.limit", "a number above 0", Bound(0.0, above=True))
-            else:
-                raise argument_error(where, part, WORDS)
         self._seen = [part for part in parts if isinstance(part, Observation)]
         self._rewarded = [part for part in parts if isinstance(part, RewardTerm)]
         self.names = [part.name for part in self._rewarded]
@@ -165,12 +144,13 @@ class Own:
     def __bool__(self) -> bool:
         return bool(self._seen or self._rewarded)
 
-    def find(self, missions: Sequence[int], now: Now) -> None:
+    def find(self, missions: Sequence[int], now: Now, broken: NDArray[np.bool_]) -> None:
         """Find what robots of missions observe and are rewarded for.
 
         Args:
             missions: Which ones, from 0; those of others stay.
             now: What is known of these.
+            broken: Which of these have ended as they should not: there, a reward that is no number is 0.
 
         Raises:
             UsageError: If a part returns something else than it is to.
@@ -180,21 +160,53 @@ class Own:
             end = start + part.width
             self.observed[those, :, start:end] = _returned(part.observe(now), part, (*shape, part.width))
             start = end
-        diverged = ~np.isfinite(now["q"]).all(axis=(1, 2))
         for place, term in enumerate(self._rewarded):
-            found = _returned(term.reward(now), term, shape)
-            found[diverged] = 0.0
+            found = term.weight * _returned(term.reward(now), term, shape)
+            found[broken[:, None] & ~np.isfinite(found)] = 0.0
             if (wrong := found[~np.isfinite(found)]).size:
                 raise UsageError(f"{term.name}: found {wrong[0]}; expected finite numbers")
-            self.terms[those, :, place] = term.weight * found
+            self.terms[those, :, place] = found
+
+
+def described(parts: Sequence[Part], others: Collection[str]) -> list[tuple[str, int, bool]]:
+    """Return what a snapshot must have in common with each part: name, width, and whether it rewards.
+
+    Args:
+        parts: Observations and terms of rewards.
+        others: Names of other terms.
+
+    Raises:
+        UsageError: If one of them is something else, or says nonsense of itself.
+    """
+    names, found = list(others), []
+    for place, part in enumerate(parts):
+        where, name, wide = f"own[{place}]", getattr(part, "name", None), 0
+        if not isinstance(part, Observation | RewardTerm):
+            raise argument_error(where, part, WORDS)
+        if not (isinstance(name, str) and name.isidentifier()):
+            raise argument_error(f"{where}.name", name, "a name of letters, digits and _")
+        if name in names:
+            raise UsageError(f"{where}.name: found {name!r}, which another one has already")
+        names.append(name)
+        if isinstance(part, RewardTerm):
+            number(part.weight, f"{name}.weight", "a finite number", Bound())
+        if isinstance(part, Observation):
+            allowed = f"a whole number from 1 to {MOST_WIDE}"
+            wide = whole_number(getattr(part, "width", None), f"{name}.width", allowed, 1, MOST_WIDE)
+            if shape_of(part.limit) or part.limit != np.inf:
+                number(part.limit, f"{name}.limit", "a number above 0", Bound(0.0, above=True))
+        found.append((name, wide, isinstance(part, RewardTerm)))
+    return found
 
 
 def _returned(found: ArrayLike, part: Part, shape: tuple[int, ...]) -> Array:
     """Return what a part returned as an array of a shape."""
     try:
-        array = np.array(found, dtype=float)
-    except (TypeError, ValueError):
-        raise argument_error(part.name, found, f"numbers, shape {shape}") from None
+        array = np.array(found)
+    except ValueError:  # rows of several lengths
+        array = np.array(None)
+    if array.dtype.kind not in "biuf":
+        raise argument_error(part.name, found, f"numbers, shape {shape}")
     if array.shape != shape:
         raise UsageError(f"{part.name}: found the shape {array.shape}; expected {shape}")
-    return array
+    return array.astype(float)

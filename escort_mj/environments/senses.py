@@ -100,13 +100,12 @@ class Senses:
             own: Observations and rewards of one's own.
 
         Raises:
-            UsageError: If there is no target, if `own` has something else, or if forces are to be commanded
-                without a limit.
+            UsageError: If there is no target, or if forces are to be commanded without a limit.
         """
         world = plant.world
         self.count, self._command, self._sizes = count, command, world.sizes
         self.robots, self.axes = world.sizes["robot"], world.sizes["axis"]
-        self.own = Own(own, (count, self.robots), WEIGHTS)
+        self.own = Own(own, (count, self.robots))
         self._mates = min(self.robots - 1, TEAMMATES)
         self._opposed = bool(world.setup.opponents)
         width = vectors_observed(self.robots, int(self._opposed)) * self.axes
@@ -187,15 +186,16 @@ class Senses:
             self.clearance[mission] = every.min(axis=(0, 2), initial=np.inf)
         self._perceive(*self._given[mission])
 
-    def add_own(self, missions: Sequence[int], samples: Array) -> None:
+    def add_own(self, missions: Sequence[int], samples: Array, broken: NDArray[np.bool_]) -> None:
         """Find what is one's own of missions that have perceived, and add it to their rewards.
 
         Args:
             missions: Which ones, from 0.
             samples: Their last ones, shape (len(missions), record_size).
+            broken: Which of these have ended as they should not, shape (len(missions),).
         """
         those = list(missions)
-        self.own.find(those, Now(samples, self._sizes, self.commanded[those]))
+        self.own.find(those, Now(samples, self._sizes, self.commanded[those]), broken)
         self.rewards[those] += self.own.terms[those].sum(axis=2)
 
     @property

@@ -13,6 +13,7 @@ from escort_mj.environments.parallel import EscortParallelEnv
 from escort_mj.environments.single import EscortEnv
 from escort_mj.environments.vector import EscortVectorEnv
 from escort_mj.errors import UsageError
+from escort_mj.record.outcome import Outcome
 
 Array = NDArray[np.float64]
 SHORT: dict[str, Any] = {"duration": 1.0, "expect": []}
@@ -40,6 +41,12 @@ class Calm(RewardTerm):
 
 
 OWN = (Age(), Calm(), Force())
+
+
+def part(base: type | tuple[type, ...], **says: Any) -> Any:
+    """Return a part that says and does so."""
+    bases = base if isinstance(base, tuple) else (base,)
+    return type("Made", bases, {"name": "made", "width": 1, **says})()
 
 
 def test_they_are_of_the_last_sample_and_come_after_the_usual_ones() -> None:
@@ -95,13 +102,67 @@ def test_a_snapshot_has_them_and_is_of_missions_with_the_same() -> None:
     assert {name: term.tolist() for name, term in simulation.reward_terms.items()} == {
         name: term.tolist() for name, term in terms.items()
     }
-    with pytest.raises(UsageError, match="another mission"):
-        other.restore(moment)
+    wide = Simulation("main", own=[Age(), Calm(), part(Observation, name="force", width=3, observe=None)])
+    for stranger in (other, wide):
+        with pytest.raises(UsageError, match="another mission"):
+            stranger.restore(moment)
 
 
-def part(base: type, **says: Any) -> Any:
-    """Return a part that says and does so."""
-    return type("Made", (base,), {"name": "made", "width": 1, **says})()
+def test_one_object_may_be_both_and_changes_nothing_for_others() -> None:
+    class Both(Observation, RewardTerm):
+        name, width = "both", 2
+
+        def observe(self, now: Now) -> Array:
+            return now.commanded
+
+        def reward(self, now: Now) -> Array:
+            now.commanded[:] = 7.0
+            return now.commanded[..., 0]
+
+    simulation = Simulation(
+        "main", own=[Both(), part(RewardTerm, reward=lambda s, now: now.commanded[..., 1])]
+    )
+    simulation.reset()
+    simulation.step(np.full((5, 2), 0.25))
+    assert np.unique(simulation.observe()[:, -2:]).tolist() == [0.25]
+    assert {*simulation.reward_terms["both"], *simulation.reward_terms["made"]} == {0.25}
+
+
+@pytest.mark.parametrize("fails_at", [4, 11])
+def test_a_mission_goes_on_after_one_of_them_failed(fails_at: int) -> None:
+    calls = iter(range(1, 100))
+
+    def reward(part: object, now: Now) -> Array:
+        assert next(calls) != fails_at, "failed"
+        return np.zeros(now.commanded.shape[:2])
+
+    short = load_scenario("main", {"duration": 0.2, "expect": []})
+    simulation, plain = Simulation(short, own=[part(RewardTerm, reward=reward)]), Simulation(short)
+    for each in (simulation, plain):
+        each.reset(seed=1)
+    for k in range(2, 12):
+        plain.step()
+        if k == fails_at:
+            with pytest.raises(AssertionError, match="failed"):
+                simulation.step()
+        else:
+            simulation.step()
+    assert simulation.outcome is plain.outcome is Outcome.COMPLETED
+    np.testing.assert_array_equal(simulation.run().trace.q.values, plain.run().trace.q.values)
+    with pytest.raises(UsageError, match="not under way"):
+        simulation.step()
+
+
+def test_a_reward_that_is_no_number_where_a_mission_broke_is_0() -> None:
+    wild = load_scenario("main", {**SHORT, "robots.mass": 1e-3, "robots.force_limit": 1e6})
+    far = part(RewardTerm, reward=lambda s, now: np.exp2(np.abs(now["q"]).sum(axis=-1)))
+    environment = EscortVectorEnv(2, wild, "force", own=[far])
+    environment.reset(seed=1)
+    with np.errstate(over="ignore"):
+        _, rewards, terminated, _, infos = environment.step(np.ones((2, 5, 2), np.float32))
+    assert terminated.all()
+    assert np.isfinite(rewards).all()
+    assert not infos["reward_terms"]["made"].any()
 
 
 @pytest.mark.parametrize(
@@ -109,6 +170,9 @@ def part(base: type, **says: Any) -> Any:
     [
         ([Force], "own: found .*; expected objects of classes that derive from Observation or RewardTerm"),
         ([3], "own: found "),
+        ([type("Nameless", (Observation,), {"width": 1, "observe": None})()], r"own\[0\].name: found None"),
+        ([part((Observation, RewardTerm), width="1", observe=None, reward=None)], 'made.width: found "1"'),
+        ([part(Observation, limit=np.ones(1), observe=None)], "made.limit: found an array of the shape"),
         ([Calm(), Calm()], r"own\[1\].name: found 'calm', which another one has already"),
         ([part(RewardTerm, name="radius", reward=None)], "found 'radius', which another one has"),
         ([part(Observation, name="a b", observe=None)], 'name: found "a b"; expected a name'),
@@ -129,7 +193,13 @@ def test_what_they_say_of_themselves_is_checked(own: Any, words: str) -> None:
             part(Observation, observe=lambda s, now: now["q"]),
             r"made: found the shape \(1, 5, 2\); expected \(1, 5, 1\)",
         ),
-        (part(Observation, observe=lambda s, now: None), r"made: found the shape \(\); expected"),
+        (part(Observation, observe=lambda s, now: 3), r"made: found the shape \(\); expected"),
+        (part(Observation, observe=lambda s, now: None), "made: found None; expected numbers"),
+        (
+            part(Observation, observe=lambda s, now: 1j * now.time),
+            "made: found an array .*; expected numbers",
+        ),
+        (part(Observation, observe=lambda s, now: now[["q"]]), r"now: found the signal \['q'\]"),
         (
             part(Observation, observe=lambda s, now: now["forces"]),
             "found the signal 'forces'; did you mean .force.",
