@@ -53,7 +53,7 @@ def test_a_sweep_is_a_table_and_goes_on(study: str) -> None:
         escort_mj.sweep(study, workers=1, confirmed=True, progress=interrupt)
     result = escort_mj.sweep(study, workers=1, confirmed=True)
     assert result.folder == Path("renders/studies/small") and result.passed
-    assert result.lines == ["small: 4 runs in 2 cells: 2 new, 2 from earlier; 0 failed, 0 of them crashed"]
+    assert result.lines == ["small: 4 runs in 2 cells: 2 new, 2 from earlier; 0 failed, 0 of them broke"]
     assert result.table["robots.mass"].tolist() == [1, 2, 1, 2] and result.table["passed"].all()
     assert result.table["force_rms"].dtype == float
     assert (

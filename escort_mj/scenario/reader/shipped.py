@@ -56,8 +56,9 @@ def scenario_path(path: str | os.PathLike[str]) -> str | os.PathLike[str]:
     Raises:
         UsageError: If there is no such file or shipped scenario.
     """
-    if is_scenario_name(_named(path, "scenario"), folder := scenarios_folder()) and not os.path.exists(path):
-        return folder / f"{os.fspath(path)}.yaml"
+    name, folder = _named(path, "scenario"), scenarios_folder()
+    if is_scenario_name(name, folder) and (os.path.isdir(name) or not os.path.exists(name)):
+        return folder / f"{name}.yaml"
     return _shipped(path, "scenario", shipped_scenarios)
 
 
@@ -75,9 +76,12 @@ def _shipped(
 ) -> str | os.PathLike[str]:
     """A file as it was given, or the shipped one of that name."""
     name = _named(path, what)
-    if os.path.exists(name) or name.endswith(SUFFIXES):
+    folder = os.path.isdir(name)
+    if name.endswith(SUFFIXES) or (os.path.exists(name) and not folder):
         return path
     if name not in (names := shipped()):
+        if folder:
+            return path  # who reads it says that it is one
         names_all = {"scenario": "scenarios", "study": "studies"}[what]
         hint = did_you_mean(name, names, cutoff=0.6) or f"; `escort-mj list {names_all}` names these"
         raise UsageError(f"{shortened(name)}: there is no such file or shipped {what}{hint}")

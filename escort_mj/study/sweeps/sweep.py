@@ -14,7 +14,7 @@ from escort_mj.errors import UsageError
 from escort_mj.files import write_text
 from escort_mj.metrics import METRIC_NAMES
 from escort_mj.progress import Progress, unseen
-from escort_mj.record.outcome import FINAL, Outcome
+from escort_mj.record.outcome import FINAL
 from escort_mj.record.tables import comma_separated, headed
 from escort_mj.study.engine.backends import Backend
 from escort_mj.study.engine.parallel import Died
@@ -42,7 +42,7 @@ class Swept(NamedTuple):
         runs: How many runs the study has.
         made: How many were made now.
         failed: How many of them all broke or failed a verdict.
-        broken: How many of them all broke.
+        broken: How many of them all did not end as their scenario expects.
         cells: How many cells they are in.
     """
 
@@ -111,7 +111,7 @@ def sweep_design(
     write_csv(Results(facts, rows), out)
     ended = [rows[run.key] for run in planned]
     failed = sum(not row.passed for row in ended)
-    broken = sum(row.outcome != Outcome.COMPLETED.value for row in ended)
+    broken = sum(not (row.verdicts and row.verdicts[0].passed) for row in ended)
     return Swept(len(planned), made, failed, broken, len(cells))
 
 
@@ -119,7 +119,7 @@ def sweep_line(study: str, done: Swept) -> str:
     """What a sweep did, in a line."""
     return (
         f"{study}: {done.runs} runs in {done.cells} cells: {done.made} new, "
-        f"{done.runs - done.made} from earlier; {done.failed} failed, {done.broken} of them crashed"
+        f"{done.runs - done.made} from earlier; {done.failed} failed, {done.broken} of them broke"
     )
 
 

@@ -6,6 +6,7 @@ from hypothesis import strategies as st
 
 from escort_mj.errors import ScenarioError, UsageError
 from escort_mj.scenario import Scenario, load_file, parse_scenario
+from escort_mj.scenario.reader.shipped import load_scenario, study_path
 
 GOOD = """\
 name: good
@@ -180,3 +181,14 @@ def test_any_value_anywhere_is_a_scenario_or_an_error(key: str, value: object):
         parse_scenario("duration: 5", overrides={key: value})
     except ScenarioError as error:
         assert error.faults
+
+
+def test_a_folder_of_that_name_hides_no_shipped_scenario(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    for name in ("head_on", "studies/minute", "other"):
+        (tmp_path / name).mkdir(parents=True)
+    assert load_scenario("head_on").name == "head_on" and study_path("studies/minute").is_file()
+    with pytest.raises(UsageError, match="other: this is not a file"):
+        load_scenario("other")

@@ -145,6 +145,14 @@ def test_what_goes_wrong_is_a_row(tmp_path: Path) -> None:
     assert not read_run(folders[0]).verdicts[1].passed
 
 
+def test_a_run_that_ends_as_its_scenario_expects_did_not_break(tmp_path: Path) -> None:
+    text = "study: s\nscenario: faults/blown_away\nvary: {expect: [%s]}\n"
+    as_expected = design(tmp_path, text % "[{outcome: diverged}], [{outcome: completed}]")
+    swept = sweep_design(as_expected, tmp_path / "out", here, 1)
+    assert (swept.runs, swept.failed, swept.broken) == (2, 1, 1)
+    assert [row["outcome"] for row in table(tmp_path / "out")] == ["diverged"] * 2
+
+
 def test_a_large_study_says_so_before_it_begins(tmp_path: Path) -> None:
     laid_out, out = design(tmp_path, STUDY + "at_most: {runs: 11}\n"), tmp_path / "out"
     many = r"takes 12 runs, more than at_most.runs allows \(11\); --yes"
