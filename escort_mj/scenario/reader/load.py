@@ -29,7 +29,7 @@ from escort_mj.scenario.reader.files.waypoints import read_tables
 from escort_mj.scenario.reader.gains import with_gains, without_gains
 from escort_mj.scenario.reader.late import judged_again, late, left_out
 from escort_mj.scenario.reader.overrides import apply
-from escort_mj.scenario.reader.plain import document_of
+from escort_mj.scenario.reader.plain import document_of, tuples
 from escort_mj.scenario.reader.plugins import load_plugin, source_of
 from escort_mj.scenario.schema.scenario import Scenario
 
@@ -204,12 +204,12 @@ def _scenario(
     data, roots, rootless = take_root(data, FilePath(source).parent)
     data, wrong = read_tables(data, roots)
     data, origins, unread = read_scenery(data, roots)
+    wrong += unread
     if kind is None:
         kind, findings = resolve_plugins(data, FilePath(source).parent)
     data, unknown_robots = (data, rootless) if rootless else read_robots(data, roots)
-    unread += unknown_robots
     data, auto, unknown = without_gains(data)
-    findings += unread
+    findings += unknown_robots
     scenario = None
     if not findings:
         judged_again(document, data)
@@ -226,6 +226,8 @@ def _scenario(
             unknown += no_rule
             scenario, findings = _checked(data, kind)
         findings = findings + unknown
+    elif not rootless:
+        findings += unread
     findings = [_of_scenery(finding, data, origins) for finding in findings]
     faults = [
         _fault(finding.message, key_path(finding.path), _place(document, finding))
@@ -237,14 +239,16 @@ def _scenario(
     return scenario
 
 
-def _of_scenery(finding: Finding, data: dict[str, Any], origins: Sequence[Path]) -> Finding:
-    """A finding of an obstacle that comes from a file, at the table that names the file."""
+def _of_scenery(finding: Finding, data: dict[str, Any], origins: dict[Path, Path]) -> Finding:
+    """A finding of surroundings where the scenario has them, of an obstacle where its file is named."""
     path = finding.path
-    if path[0] != "obstacles" or len(path) < 2 or origins[int(path[1])] == path[:2]:
+    if (origin := origins.get(path[:2])) is None:
         return finding
-    index, keys = int(path[1]), key_path(path[2:])
-    words = f"{data['obstacles'][index]['name']}: " + (f"{keys}: " if keys else "")
-    return finding._replace(path=origins[index], message=words + finding.message, at_key=False)
+    if path[0] == origin[0]:
+        return finding._replace(path=(*origin, *path[2:]))
+    keys = key_path(path[2:])
+    words = f"{data['obstacles'][int(path[1])]['name']}: " + (f"{keys}: " if keys else "")
+    return finding._replace(path=origin, message=words + finding.message, at_key=False)
 
 
 def read_text(path: FilePath) -> str:
@@ -316,6 +320,8 @@ def _checked(data: dict[str, Any], kind: type[Scenario]) -> tuple[Scenario | Non
     paths = {finding.path for finding in found}
     rest = {key: value for key, value in data.items() if (key,) not in paths}
     wrong = {str(finding.path[0]) for finding in found}
+    if "scenery" in wrong:
+        wrong.add("obstacles")  # some of them are not known
     if isinstance(rest.get("expect"), list):  # expectations do not depend on each other
         bad = {finding.path[1] for finding in found if finding.path[0] == "expect"}
         rest["expect"] = [NO_DEMAND if i in bad else one for i, one in enumerate(rest["expect"])]
@@ -345,13 +351,6 @@ def _validated(data: dict[str, Any], kind: type[Scenario]) -> Scenario:
         if not at:
             raise
         raise PluginError(at) from error
-
-
-def tuples(data: Any) -> Any:
-    """Plain data, lists as tuples: strict types, for which `true` is no number, take no list for a tuple."""
-    if isinstance(data, dict):
-        return {key: tuples(value) for key, value in data.items()}
-    return tuple(map(tuples, data)) if isinstance(data, list) else data
 
 
 def _place(document: Document, finding: Finding) -> Place:

@@ -32,6 +32,13 @@ def plain(value: Any, depth: int = 0) -> Any:
     return os.fspath(value) if isinstance(value, os.PathLike) else value
 
 
+def tuples(data: Any) -> Any:
+    """Plain data, lists as tuples: strict types, for which `true` is no number, take no list for a tuple."""
+    if isinstance(data, dict):
+        return {key: tuples(value) for key, value in data.items()}
+    return tuple(map(tuples, data)) if isinstance(data, list) else data
+
+
 def document_of(data: Mapping[str, Any], source: str = "") -> Document:
     """A document of Python's own data, with what a file could not hold refused as it is there.
 

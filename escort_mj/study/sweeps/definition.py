@@ -25,9 +25,9 @@ from escort_mj.scenario.findings import (
 from escort_mj.scenario.reader import explain
 from escort_mj.scenario.reader.document import Document, read_document
 from escort_mj.scenario.reader.dump import flow
-from escort_mj.scenario.reader.load import read_text, tuples
+from escort_mj.scenario.reader.load import read_text
 from escort_mj.scenario.reader.overrides import read_overrides
-from escort_mj.scenario.reader.plain import document_of
+from escort_mj.scenario.reader.plain import document_of, tuples
 from escort_mj.scenario.schema.fields import LABEL, PATTERNS, RUN_NAME
 from escort_mj.scenario.schema.scenario import Scenario
 from escort_mj.study.sweeps.quantities import ChosenMetric, MetricOver

@@ -14,7 +14,7 @@ from escort_mj.scenario import Scenario, dump_scenario, json_schema, load_file, 
 from escort_mj.scenario.kinds import NAME_KEYS
 from escort_mj.scenario.reader.document import SMALLEST, read_document
 from escort_mj.scenario.reader.dump import flow, short_dump
-from escort_mj.scenario.reader.load import tuples
+from escort_mj.scenario.reader.plain import tuples
 
 SCENARIOS = Path(__file__).parents[3] / "scenarios"
 SHIPPED = list(scenarios_in(SCENARIOS))

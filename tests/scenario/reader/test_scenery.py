@@ -149,12 +149,13 @@ def test_a_stored_scenario_needs_no_file(tmp_path: Path) -> None:
 def test_names_are_unique_and_have_letters_of_names(tmp_path: Path) -> None:
     box = '<geom type="box" size=".2 .2 .2" pos="{} 3 .2"/>'
     rack = '<body name="rack no. 1">' + box.format(2) + box.format(4) + "</body>"
-    written(tmp_path, rack + box.format(6) + box.format(8))
+    written(tmp_path, rack + box.format(6) + box.format(8) + f'<body name="box_2">{box.format(-6)}</body>')
     names = [each.name for each in loaded(tmp_path, {"file": "hall.xml", "name": "b"}).obstacles]
-    assert names == ["b_box", "b_box_2", "b_rack_no__1", "b_rack_no__1_2"]
+    assert names == ["b_box", "b_box_2", "b_rack_no__1", "b_rack_no__1_2", "b_box_2_2"]
 
 
 MOVES = '<body name="gate"><joint type="slide"/><geom type="box" size=".1 .1 .1" pos="0 3 0"/></body>'
+LINE = '<geom name="line" type="box" size="1 1e-15 1" pos="0 3 0" euler="0 10 0"/>'
 SMALL = '<geom name="nail" type="box" size=".0001 .1 .1" pos="0 3 .1"/>'
 
 
@@ -180,18 +181,20 @@ SMALL = '<geom name="nail" type="box" size=".0001 .1 .1" pos="0 3 .1"/>'
             GEOMS,
             {"file": "hall.xml", "position": [1, 2, 3]},
             {},
-            r"scenery\[0\]: found a position of 3 numbers",
+            r"scenery\[0\]\.position: found 3 numbers; expected 2",
         ),
         (GEOMS, {"file": "hall.xml", "orientation": [0, 0, 1]}, {}, r"in the plane, expected a yaw angle"),
         (
             GEOMS,
             {"file": "hall.xml"},
             {"axes": 4},
-            r"scenery\[0\]: found a mission of 4 axes; scenery has 2 or 3",
+            r"scenery\[0\]\.file: found a mission of 4 axes; scenery has 2 or 3",
         ),
         (MOVES, {"file": "hall.xml"}, {}, r"scenery\[0\]\.file: hall\.xml: the body gate moves"),
         (OTHERS, {"file": "hall.xml"}, {}, r"hall\.xml: has no geom that can collide, besides planes"),
         ('<geom type="hfield"/>', {"file": "hall.xml"}, {}, r"hall\.xml: MuJoCo refuses it"),
+        (GEOMS, {"file": "hall.xml", "below": "2"}, {}, r'scenery\[0\]\.below: found "2"; expected a number'),
+        (LINE, {"file": "hall.xml"}, {}, r"scenery\[0\]: hall_line: vertices: span no body"),
         (SMALL, {"file": "hall.xml"}, {}, r"scenery\[0\]: hall_nail: size\[0\]: found 0\.0001"),
         ("<geom size='1'/>", {"file": "hall.xml", "name": "rock"}, {}, r"scenery\[0\].*rock_sphere"),
     ],
@@ -203,6 +206,31 @@ def test_faults_say_where_they_are(
     with pytest.raises(ScenarioError, match=words) as caught:
         loaded(tmp_path, table, **keys)
     assert all(fault.line == 1 for fault in caught.value.faults)
+
+
+def test_all_faults_are_found_at_once_each_in_its_line(tmp_path: Path) -> None:
+    written(tmp_path, '<geom name="foot" type="sphere" size=".2"/>')
+    (file := tmp_path / "hall.yaml").write_text(
+        """seed: -1
+scenery:
+  - {file: hall.xml, position: [3, 3]}
+  - {file: hall.xml, color: pink}
+  - {file: nope.xml}
+  - {file: hall.xml, position: [3]}
+  - {fil: hall.xml, file: hall.xml}
+expect:
+  - {clearance: [robots, nope_mast], at_least: 0.1}
+"""
+    )
+    with pytest.raises(ScenarioError) as caught:
+        escort_mj.load_scenario(file)
+    assert [(fault.line, fault.key) for fault in caught.value.faults] == [
+        (1, "seed"),
+        (4, "scenery[1].color"),
+        (5, "scenery[2].file"),
+        (6, "scenery[3].position"),
+        (7, "scenery[4].fil"),
+    ]
 
 
 def test_the_depot_is_where_its_file_says() -> None:

@@ -18,11 +18,13 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import ValidationError
 
+from escort_mj.components.parameters import STRICT
 from escort_mj.errors import OutsideError, RobotError
 from escort_mj.robots.modeled import Source
 from escort_mj.scenario.findings import Finding, Path, shortened
 from escort_mj.scenario.geometry.shapes import Solid, extent, half_extent, quaternion, rotation_matrix
 from escort_mj.scenario.reader.files.roots import Roots
+from escort_mj.scenario.reader.plain import tuples
 from escort_mj.scenario.schema.obstacle_tables import MOST_VERTICES, Scenery
 
 Array = NDArray[np.float64]
@@ -35,7 +37,13 @@ UPRIGHT = 1.0 - 1e-9  # cosine of the angle between a geom's z axis and the vert
 LONGEST = 40  # letters of a name
 
 
-def read_scenery(data: dict[str, Any], roots: Roots) -> tuple[dict[str, Any], list[Path], list[Finding]]:
+class MisfitError(Exception):
+    """Surroundings that do not fit the mission: at which key, and how."""
+
+
+def read_scenery(
+    data: dict[str, Any], roots: Roots
+) -> tuple[dict[str, Any], dict[Path, Path], list[Finding]]:
     """Return plain data with obstacles in place of surroundings from files.
 
     Args:
@@ -43,32 +51,38 @@ def read_scenery(data: dict[str, Any], roots: Roots) -> tuple[dict[str, Any], li
         roots: Where files are looked for.
 
     Returns:
-        The data; for each obstacle, where the scenario says it; and what is wrong with files, of which
-        the data still has the tables.
+        The data; where the scenario has what stands elsewhere in the data; and what is wrong with files:
+        their tables are left, with a table for the key that is wrong, which is right for none.
     """
     written, listed = data.get(KEY), data.get("obstacles", ())
-    paths: list[Path] = [
-        ("obstacles", k) for k in range(len(listed) if isinstance(listed, list | tuple) else 0)
-    ]
-    if not isinstance(written, list | tuple) or not written or not isinstance(listed, list | tuple):
-        return data, paths, []
+    origins: dict[Path, Path] = {}
     found: list[Finding] = []
-    obstacles, left, names = list(listed), [], Counter[str]()
+    if not isinstance(written, list | tuple) or not written or not isinstance(listed, list | tuple):
+        return data, origins, found
+    obstacles, names = list(listed), Counter[str]()
+    left: list[Any] = []
     for k, entry in enumerate(written):
+        place, key, words = (KEY, len(left)), "file", ""
         try:
-            tables = _obstacles(Scenery.model_validate(entry), data.get("axes", 2), roots, names)
+            scenery = Scenery.model_validate(tuples(entry), strict=True, context=STRICT)
+            tables = _obstacles(scenery, data.get("axes", 2), roots, names)
         except ValidationError:
             left.append(entry)  # said of the scenario as a whole
         except OutsideError as error:
-            found.append(Finding((KEY, k, "file"), f"{error.name}: {roots.outside(FilePath(error.file))}"))
+            words = f"{error.name}: {roots.outside(FilePath(error.file))}"
         except RobotError as error:
-            found.append(Finding((KEY, k, "file"), str(error)))
-        except ValueError as error:
-            found.append(Finding((KEY, k), str(error)))
+            words = str(error)
+        except MisfitError as error:
+            key, words = error.args
         else:
+            origins |= {("obstacles", len(obstacles) + n): (KEY, k) for n in range(len(tables))}
             obstacles += tables
-            paths += [(KEY, k)] * len(tables)
-    return {**data, "obstacles": obstacles, KEY: left}, paths, found
+            continue
+        origins[place] = (KEY, k)
+        if words:
+            found.append(Finding((*place, key), words))
+            left.append({**entry, key: {}})
+    return {**data, "obstacles": obstacles, KEY: left}, origins, found
 
 
 def _obstacles(scenery: Scenery, axes: Any, roots: Roots, names: Counter[str]) -> list[dict[str, Any]]:
@@ -76,17 +90,19 @@ def _obstacles(scenery: Scenery, axes: Any, roots: Roots, names: Counter[str]) -
 
     Raises:
         RobotError: If the file cannot be read, or something of it cannot be an obstacle.
-        ValueError: If it does not fit the mission's axes.
+        MisfitError: If it does not fit the mission's axes.
     """
     if axes not in (2, 3):
-        raise ValueError(f"found a mission of {shortened(str(axes))} axes; scenery has 2 or 3")
+        raise MisfitError("file", f"found a mission of {shortened(str(axes))} axes; scenery has 2 or 3")
     origin = np.zeros(3)
     if scenery.position is not None:
         if len(scenery.position) != axes:
-            raise ValueError(f"found a position of {len(scenery.position)} numbers; expected {axes}")
+            raise MisfitError(
+                "position", f"found {len(scenery.position)} numbers; expected {axes}, as axes says"
+            )
         origin[:axes] = scenery.position
     if axes == 2 and isinstance(scenery.orientation, tuple):
-        raise ValueError("found an orientation in space; in the plane, expected a yaw angle")
+        raise MisfitError("orientation", "found an orientation in space; in the plane, expected a yaw angle")
     file = roots.folder / scenery.file
     reading: Any = import_module(READER)
     source = Source(file=str(file.absolute()), folder=str(roots.root.absolute()), name=file.name)
@@ -108,7 +124,8 @@ def _obstacles(scenery: Scenery, axes: Any, roots: Roots, names: Counter[str]) -
                 f"{file.name}: the hull of {part.name} has {len(table['vertices'])} vertices; allowed are "
             )
             raise RobotError(f"{words}{MOST_VERTICES}: the attribute maxhullvert of a mesh limits them")
-        table["name"] = _named(f"{scenery.name or file.stem}_{part.name}", names)
+        wanted = re.sub(r"[^A-Za-z0-9_\-]", "_", f"{scenery.name or file.stem}_{part.name}")
+        table["name"] = _unlike(wanted[: LONGEST - 6], names)
         if scenery.color is not None:
             table["color"] = scenery.color
         tables.append(table)
@@ -149,7 +166,7 @@ def _outline(solid: Solid) -> Array:
 
     What is round gets a polygon around it.
     """
-    from scipy.spatial import ConvexHull  # slow to import, and few scenarios need it
+    from scipy.spatial import ConvexHull, QhullError  # slow to import, and few scenarios need it
 
     if solid.shape in ("mesh", "box"):
         corners = np.array(list(product((-1.0, 1.0), repeat=3))) * (solid.size or 1.0)
@@ -160,7 +177,10 @@ def _outline(solid: Solid) -> Array:
         far = half_extent(solid, directions)
         pairs = np.stack([directions[:, :2], np.roll(directions[:, :2], -1, axis=0)], axis=1)
         points = np.linalg.solve(pairs, np.stack([far, np.roll(far, -1)], axis=1)[..., np.newaxis])[..., 0]
-    return np.asarray(points[ConvexHull(points).vertices])
+    try:
+        return np.asarray(points[ConvexHull(points).vertices])
+    except QhullError:  # a line
+        return points
 
 
 def _angles(rotation: Array) -> tuple[float, float, float]:
@@ -171,8 +191,7 @@ def _angles(rotation: Array) -> tuple[float, float, float]:
     return math.atan2(rotation[2, 1], rotation[2, 2]), pitch, math.atan2(rotation[1, 0], rotation[0, 0])
 
 
-def _named(wanted: str, names: Counter[str]) -> str:
-    """Return a name that no obstacle from a file has, of letters that names may have."""
-    name = re.sub(r"[^A-Za-z0-9_\-]", "_", wanted)[: LONGEST - 4]
+def _unlike(name: str, names: Counter[str]) -> str:
+    """Return a name, numbered where one is like it."""
     names[name] += 1
-    return name if names[name] == 1 else f"{name}_{names[name]}"
+    return name if names[name] == 1 else _unlike(f"{name}_{names[name]}", names)
