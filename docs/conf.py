@@ -15,6 +15,7 @@ from sphinx.application import Sphinx
 from sphinx.util.logging import getLogger
 
 from escort_mj.cli.listing import reference_pages
+from escort_mj.version import __version__
 
 LOG = getLogger(__name__)
 HERE = Path(__file__).parent
@@ -24,7 +25,7 @@ PROJECT = tomllib.loads((Path(__file__).parents[1] / "pyproject.toml").read_text
 project = "escort_mj"
 author = PROJECT["authors"][0]["name"]
 copyright = author
-version = release = PROJECT["version"]
+version = release = __version__
 
 extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx_copybutton"]
 nb_execution_mode = "off"  # `python -m benchmarks.notebooks` runs them

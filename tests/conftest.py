@@ -11,12 +11,17 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 import pytest
+from hypothesis import settings
 
 from escort_mj.world.callback import callbacks
 from tests import cases, synthetic
 
 # Looking for garbage after every 700 new objects took a twelfth of the time.
 gc.set_threshold(100_000, 20, 20)
+
+# How long an example takes says how loaded the machine is.
+settings.register_profile("here", deadline=None)
+settings.load_profile("here")
 
 
 @pytest.hookimpl(wrapper=True)

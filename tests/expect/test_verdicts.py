@@ -87,7 +87,7 @@ class TestBounds:
         assert not verdict(trace, expect("energy_ratio", at_most=1.001)).near_miss
         assert verdict(trace, expect("energy_ratio", at_most=1.00041)).near_miss
 
-    @settings(max_examples=60, deadline=None)
+    @settings(max_examples=60)
     @given(value=st.floats(0.0, 4.0), bound=st.floats(-4.0, 4.0))
     def test_the_two_bounds_are_each_others_complement(self, value, bound):
         trace = escort([0.0, value])

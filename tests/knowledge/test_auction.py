@@ -22,7 +22,7 @@ def greedy(worth: np.ndarray) -> np.ndarray:
     return found
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(count=st.integers(1, 7), axes=st.sampled_from([2, 3]), seed=st.integers(0, 10**6), data=st.data())
 def test_robots_agree_however_late_messages_come(
     count: int, axes: int, seed: int, data: st.DataObject

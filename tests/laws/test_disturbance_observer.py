@@ -37,7 +37,7 @@ def closed_form(bandwidth: float, steps: int, axes: int = 2) -> np.ndarray:
     return np.asarray((1.0 - left)[:, None, None] * FORCE[:axes])
 
 
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=8)
 @given(st.floats(0.5, 40.0), st.floats(0.3, 4.0), st.sampled_from([2.0, 1e3]), st.integers(2, 3))
 def test_the_estimate_of_a_constant_converges_exponentially(
     bandwidth: float, mass: float, limit: float, axes: int

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from escort_mj.measuring import measure, measures_of
 from escort_mj.metrics.hull_margin import CANDIDATES, least_margin, margin, margins
 
-EVERY = settings(max_examples=40, deadline=None)
+EVERY = settings(max_examples=40)
 
 
 def both(points):

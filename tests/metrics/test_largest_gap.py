@@ -56,7 +56,7 @@ def test_of_a_tetrahedron_an_octahedron_and_teams_on_one_side():
     assert opening_of([[1.0, 0.0], [0.0, 5.0]]) == pytest.approx(1.5 * math.pi)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(count=st.integers(1, 9), seed=st.integers(0, 2**32 - 1))
 def test_in_the_plane_it_is_the_largest_angle_between_neighbors(count, seed):
     away = np.random.default_rng(seed).standard_normal((count, 2)) + 0.5

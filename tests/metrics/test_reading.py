@@ -9,7 +9,7 @@ from tests.metrics.motions import TIME
 
 
 class TestMeans:
-    @settings(max_examples=30, deadline=None)
+    @settings(max_examples=30)
     @given(extra=st.lists(st.integers(1, 4999), max_size=6, unique=True))
     def test_further_samples_change_no_mean(self, extra):
         """A ramp and its mean, with more samples at some places."""

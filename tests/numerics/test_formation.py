@@ -56,7 +56,6 @@ def test_ring_spacing_is_the_papers_chord(count: int, radius: float) -> None:
     assert spacing(count, 2, radius) == pytest.approx(paper, rel=1e-12)
 
 
-@settings(deadline=None)
 @given(counts, angles, radii, seeds)
 def test_regular_polygon_keeps_its_places(count: int, angle: float, radius: float, seed: int) -> None:
     center = np.array([3.0, -2.0])
@@ -71,7 +70,6 @@ def test_regular_polygon_keeps_its_places(count: int, angle: float, radius: floa
     np.testing.assert_allclose(lengths(a, q), a.length, rtol=1e-9)
 
 
-@settings(deadline=None)
 @given(st.integers(3, 12), angles, seeds)
 def test_ring_runs_counterclockwise(count: int, angle: float, seed: int) -> None:
     q = ring(count, angle, 5.0, np.zeros(2), seed)
@@ -80,7 +78,6 @@ def test_ring_runs_counterclockwise(count: int, angle: float, seed: int) -> None
     assert np.all(before[:, 0] * q[:, 1] - before[:, 1] * q[:, 0] > 0.0)
 
 
-@settings(deadline=None)
 @given(counts, angles, seeds)
 def test_ring_does_not_depend_on_attitude_or_numbering(count: int, angle: float, seed: int) -> None:
     rng = np.random.default_rng(seed)
@@ -125,7 +122,7 @@ def test_octahedron_edges() -> None:
         assert np.linalg.norm(OCTAHEDRON[j] - OCTAHEDRON[k]) == pytest.approx(math.sqrt(2.0))
 
 
-@settings(deadline=None, max_examples=40)
+@settings(max_examples=40)
 @given(radii, seeds)
 def test_octahedron_keeps_its_places(radius: float, seed: int) -> None:
     rng = np.random.default_rng(seed)
@@ -139,7 +136,7 @@ def test_octahedron_keeps_its_places(radius: float, seed: int) -> None:
     assert a.length == pytest.approx(math.sqrt(2.0) * radius)
 
 
-@settings(deadline=None, max_examples=40)
+@settings(max_examples=40)
 @given(seeds)
 def test_octahedron_does_not_depend_on_attitude_or_distance(seed: int) -> None:
     rng = np.random.default_rng(seed)
@@ -149,7 +146,7 @@ def test_octahedron_does_not_depend_on_attitude_or_distance(seed: int) -> None:
     np.testing.assert_array_equal(arrange(stretched, np.zeros(3), 5.0).predecessors, a.predecessors)
 
 
-@settings(deadline=None, max_examples=40)
+@settings(max_examples=40)
 @given(seeds)
 def test_octahedron_neighbors_do_not_depend_on_numbering(seed: int) -> None:
     rng = np.random.default_rng(seed)

@@ -77,7 +77,7 @@ def scattered(rng: np.random.Generator, shape: str, n: int, axes: int) -> np.nda
 SHAPES = ("ball", "shell", "line", "grid", "heap", "bunches")
 
 
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=8)
 @given(
     seed=st.integers(0, 2**31),
     shape=st.sampled_from(SHAPES),

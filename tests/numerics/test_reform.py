@@ -43,7 +43,7 @@ def reformed(
     return vertices, rotation
 
 
-@settings(deadline=None, max_examples=200)
+@settings(max_examples=200)
 @given(st.integers(1, 40), st.integers(1, 6), seeds)
 def test_the_assignment_is_scipys(count: int, p: int, seed: int) -> None:
     rows, columns = np.random.default_rng(seed).normal(size=(2, count, p))
@@ -51,7 +51,7 @@ def test_the_assignment_is_scipys(count: int, p: int, seed: int) -> None:
     np.testing.assert_array_equal(dealt(rows, columns), expected)
 
 
-@settings(deadline=None, max_examples=100)
+@settings(max_examples=100)
 @given(st.integers(1, 25), st.integers(1, 4), seeds)
 def test_the_assignment_is_optimal_where_many_are(count: int, p: int, seed: int) -> None:
     rows, columns = np.random.default_rng(seed).integers(-1, 2, size=(2, count, p)).astype(float)
@@ -66,7 +66,7 @@ def test_no_assignment_of_what_is_no_number() -> None:
     assert not assign(rows, np.ones(3), 3, 1, np.zeros(24))
 
 
-@settings(deadline=None, max_examples=300)
+@settings(max_examples=300)
 @given(st.integers(2, 6), st.sampled_from(["full", "rank 1", "rank 2", "diagonal", "negative"]), seeds)
 def test_the_rotation_is_kabschs(p: int, kind: str, seed: int) -> None:
     x = np.random.default_rng(seed).normal(size=(5, p, p))

@@ -50,7 +50,7 @@ def test_a_touch_that_has_not_ended_is_not_lost(tmp_path):
     journal.close()
 
 
-@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(width=st.integers(1, 5), rows=st.integers(0, 6), lost=st.integers(0, 60))
 def test_a_torn_end_costs_the_last_row_only(tmp_path, width, rows, lost):
     block = np.arange(float(rows * width)).reshape(rows, width)

@@ -64,7 +64,7 @@ def test_whole_numbers_are_integers(record):
     assert {v.dtype for n, v in trace.data_vars.items() if n in ("q", "tau", "effort")} == {np.dtype("f8")}
 
 
-@settings(max_examples=6, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=6, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(
     rows=st.integers(0, 40),
     robots=st.integers(1, 4),

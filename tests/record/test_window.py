@@ -22,7 +22,7 @@ class TestWindows:
         part = window(trace, 2.0, 4.0)
         assert part.sizes["time"] == round(2.0 * rate) + 1
 
-    @settings(max_examples=40, deadline=None)
+    @settings(max_examples=40)
     @given(after=st.floats(0.0, 12.0), length=st.floats(0.0, 12.0))
     def test_a_window_holds_what_lies_in_it(self, after, length):
         trace = xarray.Dataset(coords={"time": TIME}, attrs={"timestep": 1e-5})

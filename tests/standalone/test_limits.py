@@ -416,7 +416,7 @@ def test_a_driver_may_ask_from_another_thread() -> None:
     assert np.array_equal(alone.forces, flight.forces)
 
 
-@settings(max_examples=15, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=15, suppress_health_check=[HealthCheck.too_slow])
 @given(
     st.lists(
         st.tuples(st.sampled_from([1, 2, 3, 4]), st.integers(1, 60), st.booleans()), min_size=1, max_size=6
@@ -521,7 +521,7 @@ def test_areas(area: Area, inside: list, outside: list) -> None:
     assert repr(Limits(age=0.2)) == "Limits(age=0.2)"
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 @given(
     st.lists(st.tuples(st.floats(-5, 5), st.floats(-5, 5)), min_size=3, max_size=3),
     st.floats(-6, 6),

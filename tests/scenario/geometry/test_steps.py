@@ -10,7 +10,7 @@ from escort_mj.scenario.geometry.steps import Schedule, first_step, last_step, s
 from escort_mj.scenario.reader.load import parse_scenario
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(
     stride=st.integers(1, 9),
     last=st.integers(0, 60),

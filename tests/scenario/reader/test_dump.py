@@ -54,7 +54,7 @@ def scenarios(draw: st.DrawFn) -> Scenario:
     return Scenario.model_validate(data)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(scenarios())
 def test_what_is_written_reads_back_the_same(scenario: Scenario):
     """Equal to the last bit; what the checks between keys say of such wild scenarios does not matter here."""

@@ -151,7 +151,7 @@ edits = st.lists(
 )
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=300)
 @given(edits)
 def test_mutated_scenarios_are_scenarios_or_errors(changes: list[tuple[int, int, str]]):
     text = GOOD
@@ -174,7 +174,7 @@ wild = st.recursive(
 )
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=300)
 @given(st.sampled_from(list(Scenario.model_fields)), wild)
 def test_any_value_anywhere_is_a_scenario_or_an_error(key: str, value: object):
     try:

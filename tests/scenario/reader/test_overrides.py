@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from escort_mj.errors import ScenarioError
@@ -99,7 +99,6 @@ keys = st.sampled_from(
 )
 
 
-@settings(deadline=None)
 @given(st.lists(keys, min_size=1, max_size=4), st.text(LETTERS, max_size=20))
 def test_any_override_is_set_or_an_error(path: list[str], value: str):
     try:
