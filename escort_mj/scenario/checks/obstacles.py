@@ -218,9 +218,12 @@ def check_obstacle_names(mission: Mission) -> Iterator[Finding]:
     scenario = mission.scenario
     seen: dict[str, Path] = {}
     bodies = fixed_obstacles(scenario) if scenario.clutter is None else mission.obstacles
-    bodies = (*bodies, *team_targets(scenario))
-    for body in bodies:
-        name, path = body.name, (*body.path, "name")
+    named: list[tuple[str, Path]] = [(body.name, body.path) for body in (*bodies, *team_targets(scenario))]
+    groups = {group.name: (place, group) for place, group in reversed([*enumerate(scenario.opponents)])}
+    for place, group in groups.values():  # two of one name are said elsewhere
+        named += [(name, ("opponents", place)) for name in group.names]
+    for name, body in named:
+        path = (*body, "name")
         if name in ("target", "world", "floor", "robots", "obstacles", "walls") or re.fullmatch(
             r"robot_\d+|.*_shadow_\d+", name
         ):

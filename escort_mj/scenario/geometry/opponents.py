@@ -36,13 +36,13 @@ def opponent_bodies(scenario: Scenario, placed: Sequence[Body]) -> Iterator[Body
     if scenario.teams:
         center = np.mean([team_center(scenario, team.name) for team in scenario.teams], axis=0)
     for index, group in enumerate(scenario.opponents):
-        for number in range(group.count):
+        for number, name in enumerate(group.names):
             if group.positions is not None:
                 start = np.array(group.positions[min(number, len(group.positions) - 1)], dtype=float)
             else:
                 start = _drawn(group, index, center, random, bodies)
             body = Body(
-                name=f"{group.name}_{number + 1}",
+                name=name,
                 group="obstacles",
                 shape="sphere",
                 size=(group.radius,),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Mapping, Sequence
 from contextlib import nullcontext
 from copy import deepcopy
@@ -242,6 +243,12 @@ def _scenario(
 def _of_scenery(finding: Finding, data: dict[str, Any], origins: dict[Path, Path]) -> Finding:
     """A finding of surroundings where the scenario has them, of an obstacle where its file is named."""
     path = finding.path
+
+    def written(found: re.Match[str]) -> str:
+        place: Path = ("obstacles", int(found[1]))
+        return key_path(origins.get(place, place))
+
+    finding = finding._replace(message=re.sub(r"obstacles\[(\d+)\]", written, finding.message))
     if (origin := origins.get(path[:2])) is None:
         return finding
     if path[0] == origin[0]:

@@ -39,3 +39,8 @@ class Opponents(Parameters):
     reach_distance: NonNegativeFloat = 0.1
     """Gap to the target at which an opponent counts as having reached it [m]; it then returns to its start.
     """
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the bodies."""
+        return tuple(f"{self.name}_{number + 1}" for number in range(self.count))

@@ -233,6 +233,28 @@ expect:
     ]
 
 
+@pytest.mark.parametrize(
+    ("others", "words"),
+    [
+        (
+            {"opponents": [{"name": "hall", "count": 2}]},
+            r"opponents\[0\]\.name: found hall_1 again; scenery\[0\]",
+        ),
+        (
+            {"opponents": [{"name": "robot"}]},
+            r"opponents\[0\]\.name: found robot_1; robots, target and world",
+        ),
+        ({"walls": [{"points": [[9, 9], [9, 8]], "name": "hall_1"}]}, r"walls\[0\].*; scenery\[0\] has it"),
+    ],
+)
+def test_names_of_others_differ_from_those_of_the_file(
+    tmp_path: Path, others: dict[str, object], words: str
+) -> None:
+    written(tmp_path, '<geom name="1" type="sphere" size=".2" pos="0 3 0"/>')
+    with pytest.raises(ScenarioError, match=words):
+        loaded(tmp_path, {"file": "hall.xml"}, **others)
+
+
 def test_the_depot_is_where_its_file_says() -> None:
     scenario = escort_mj.load_scenario("worlds/depot")
     names = [each.name for each in scenario.obstacles]
