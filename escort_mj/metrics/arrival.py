@@ -118,7 +118,7 @@ def extra_time_to_goal(trace: Recorded) -> Measure:
 
 @metric(unit="1", most=1.0, watched=False, more_is_better=True, rank=37)
 def success_by_path_length(trace: Recorded) -> Measure:
-    """Mean over robots of straight way by way taken, 0 for those not at their last goals at the end (SPL)."""
+    """Mean over robots of straight way by way taken (at most 1), 0 for who is not at its last goal (SPL)."""
     if lacks(trace, "goal"):
         return Measure(None, reason=NO_GOALS)
     row, straight = _stays_from(trace), _straight(trace)

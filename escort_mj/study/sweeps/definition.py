@@ -119,7 +119,7 @@ class Falsify(Search):
     method: Literal["cmaes", "tpe", "random"] = "cmaes"
     """CMA-ES, Bayesian (tree-structured Parzen estimators), or evenly at random."""
     runs: Annotated[int, Field(ge=1, le=1_000_000)] = 1000
-    """Most runs of the search; shrinking what it finds takes some more."""
+    """Runs of the search, which completes its last batch; shrinking what it finds takes some more."""
     collect: PositiveInt = 1
     """How many points that break a verdict end the search."""
 
