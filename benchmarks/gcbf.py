@@ -48,7 +48,7 @@ PEERS: dict[tuple[str, int], list[tuple[str, int, float | None, float | None, fl
     ("DoubleIntegrator", 32): [
         ("GCBF+ (learned)", 8, 99.2, 95.7, 94.9),
         ("decentralized CBF-QP", 8, 92.2, 91.4, 85.5),
-        ("no avoidance (LQR)", 8, None, None, 19.5),
+        ("no avoidance (LQR)", 8, None, None, 20.7),
     ],
     ("LinearDrone", 8): [("GCBF+ (learned)", 16, 98.4, 100.0, 98.4)],
     ("CrazyFlie", 8): [("GCBF+ (learned)", 32, 85.2, 100.0, 85.2)],
