@@ -107,6 +107,19 @@ def test_in_the_plane_obstacles_are_outlines_seen_from_above(tmp_path: Path) -> 
         assert body.is_sphere or body.solid.shape in ("box", "cylinder", "mesh")
 
 
+@pytest.mark.parametrize("pitch", [90, -90, 89.9999995, 89.998, -89.998, 89.9])
+def test_orientations_are_exact_where_angles_are_ambiguous(tmp_path: Path, pitch: float) -> None:
+    turned = f'<geom name="mast" type="box" size="1 .2 .3" pos="0 0 4" euler="20 {pitch!r} -120"/>'
+    text = f'<mujoco><compiler eulerseq="XYZ"/><worldbody>{turned}</worldbody></mujoco>'
+    (tmp_path / "hall.xml").write_text(text)
+    start = {"positions": [[-1, 0, 0], [1, 0, 0]]}
+    (mast,) = loaded(tmp_path, {"file": "hall.xml"}, axes=3, robots=start).obstacles
+    model = mujoco.MjModel.from_xml_string(text)
+    mujoco.mj_kinematics(model, data := mujoco.MjData(model))
+    found = rotation_matrix(quaternion(mast.orientation))
+    np.testing.assert_allclose(found, data.geom_xmat[0].reshape(3, 3), rtol=0, atol=5e-8)
+
+
 def test_what_is_above_robots_or_below_the_floor_is_left_out(tmp_path: Path) -> None:
     crane = '<geom name="crane" type="box" size="1 1 .1" pos="0 3 2"/>'
     cellar = '<geom name="cellar" type="box" size="1 1 .1" pos="0 3 -2"/>'

@@ -34,6 +34,7 @@ READER = "escort_mj.world.model.scenery"
 """Module that reads geoms. Scenarios know no simulator: it is found when a file is first asked for."""
 SIDES = 32  # of the outline of what is round
 UPRIGHT = 1.0 - 1e-9  # cosine of the angle between a geom's z axis and the vertical
+LEVEL = 1e-8  # cosine of a pitch from which roll and yaw cannot be told apart
 LONGEST = 40  # letters of a name
 
 
@@ -185,8 +186,9 @@ def _outline(solid: Solid) -> Array:
 
 def _angles(rotation: Array) -> tuple[float, float, float]:
     """Return roll, pitch and yaw of a rotation [rad]."""
-    pitch = math.asin(min(max(-rotation[2, 0], -1.0), 1.0))
-    if abs(rotation[2, 0]) > UPRIGHT:  # roll and yaw turn about the same axis
+    level = math.hypot(rotation[0, 0], rotation[1, 0])
+    pitch = math.atan2(-rotation[2, 0], level)
+    if level < LEVEL:  # roll and yaw turn about the same axis
         return math.atan2(-rotation[1, 2], rotation[1, 1]), pitch, 0.0
     return math.atan2(rotation[2, 1], rotation[2, 2]), pitch, math.atan2(rotation[1, 0], rotation[0, 0])
 
