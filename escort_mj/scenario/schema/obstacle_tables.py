@@ -13,6 +13,7 @@ SPHERE_RADIUS = 0.5
 HEAVY, LIGHT = 1000.0, 1.0  # kg, of bodies with a path, and with a policy
 MOST_VERTICES = 500
 MOST_CLUTTER = 500
+MOST_SCENERY = 20
 Shape = Literal["sphere", "box", "cylinder", "capsule", "ellipsoid", "mesh"]
 Primitive = Literal["sphere", "box", "cylinder", "capsule", "ellipsoid"]
 Color = Literal["gray", "red", "orange", "yellow", "green", "blue", "purple", "brown", "white"]

@@ -30,7 +30,15 @@ from escort_mj.scenario.schema.fields import (
     Rule,
 )
 from escort_mj.scenario.schema.knowledge import Knowledge
-from escort_mj.scenario.schema.obstacle_tables import Clutter, Drive, Motion, Obstacle, Scenery, Wall
+from escort_mj.scenario.schema.obstacle_tables import (
+    MOST_SCENERY,
+    Clutter,
+    Drive,
+    Motion,
+    Obstacle,
+    Scenery,
+    Wall,
+)
 from escort_mj.scenario.schema.opponents import Opponents
 from escort_mj.scenario.schema.plugin_source import PluginSource
 from escort_mj.scenario.schema.robots import Robots
@@ -252,7 +260,7 @@ class Scenario(Parameters, metaclass=_Checked):
     """The team of robots."""
     obstacles: Annotated[tuple[Obstacle, ...], Field(max_length=MAX_OBSTACLES)] = ()
     """Fixed and moving obstacles."""
-    scenery: Annotated[tuple[Annotated[Scenery, Deferred()], ...], Field(max_length=20)] = ()
+    scenery: Annotated[tuple[Annotated[Scenery, Deferred()], ...], Field(max_length=MOST_SCENERY)] = ()
     """Surroundings from files (docs/worlds.md). A stored scenario has them among its obstacles."""
     walls: Annotated[tuple[Annotated[Wall, Deferred()], ...], Field(max_length=100)] = ()
     """Walls and corridors, with doors."""

@@ -268,6 +268,15 @@ def test_names_of_others_differ_from_those_of_the_file(
         loaded(tmp_path, {"file": "hall.xml"}, **others)
 
 
+def test_as_many_tables_as_the_schema_allows(tmp_path: Path) -> None:
+    written(tmp_path, '<geom name="foot" type="sphere" size=".2"/>')
+    tables = [{"file": "hall.xml", "position": [3 + k, 3]} for k in range(21)]
+    (file := tmp_path / "hall.yaml").write_text(f"{{scenery: {tables[:20]}}}".replace("'", ""))
+    assert len(escort_mj.load_scenario(file).obstacles) == 20
+    with pytest.raises(ScenarioError, match="scenery: found a list of 21; expected at most 20 items"):
+        escort_mj.load_scenario(file, {"scenery": tables})
+
+
 def test_the_depot_is_where_its_file_says() -> None:
     scenario = escort_mj.load_scenario("worlds/depot")
     names = [each.name for each in scenario.obstacles]

@@ -25,7 +25,7 @@ from escort_mj.scenario.findings import Finding, Path, shortened
 from escort_mj.scenario.geometry.shapes import Solid, extent, half_extent, quaternion, rotation_matrix
 from escort_mj.scenario.reader.files.roots import Roots
 from escort_mj.scenario.reader.plain import tuples
-from escort_mj.scenario.schema.obstacle_tables import MOST_VERTICES, Scenery
+from escort_mj.scenario.schema.obstacle_tables import MOST_SCENERY, MOST_VERTICES, Scenery
 
 Array = NDArray[np.float64]
 
@@ -58,7 +58,9 @@ def read_scenery(
     written, listed = data.get(KEY), data.get("obstacles", ())
     origins: dict[Path, Path] = {}
     found: list[Finding] = []
-    if not isinstance(written, list | tuple) or not written or not isinstance(listed, list | tuple):
+    if not isinstance(written, list | tuple) or not isinstance(listed, list | tuple):
+        return data, origins, found
+    if not 0 < len(written) <= MOST_SCENERY:  # too many are an error of the scenario as a whole
         return data, origins, found
     obstacles, names = list(listed), Counter[str]()
     left: list[Any] = []
