@@ -54,9 +54,8 @@ class AvoidObstacles(Behavior):
     gain_margin: NonNegativeFloat = 0.1
     """Constant added to the state-dependent gain [1/s] (paper: rho_i)."""
     sidestep: Annotated[float, Field(ge=0.0, le=10.0)] = 0.1
-    """Minimum tangential velocity around an obstacle, as a share of the velocity that the obstacle blocks, so
-    that robots do not stop in front of it (remark 6); 0: no minimum (the paper), so that a robot may stop
-    there."""
+    """Share of the velocity that an obstacle blocks. What the speed around the obstacle lacks of it is added,
+    all the same way around, so that robots do not stop head-on (remark 6); 0: nothing (the paper)."""
 
     python_only: ClassVar[frozenset[str]] = frozenset({"measure", "teammates"})
 

@@ -19,7 +19,7 @@ class Avoidance(NamedTuple):
         teammate_distance: To teammates that a robot sees [m]; 0: to none.
         heard_distance: To all places where teammates that a robot hears may be [m]; 0: to none.
         to_surface: 1 if distances are between surfaces, 0 if between centers.
-        sidestep: Least velocity around a body, as a share of the velocity that it blocks.
+        sidestep: Share of the velocity that a body blocks, up to which the speed around it is made up.
     """
 
     safe_distance: float

@@ -6,6 +6,13 @@ import subprocess
 from functools import lru_cache
 
 PATIENCE = 5.0  # s, for a repository too large to be looked through
+_begun: list[subprocess.Popen[str]] = []  # whoever takes one out waits for it, alone of all threads
+
+
+def ask_for_revision() -> None:
+    """Start git: it answers while something else is done."""
+    if (asked := _ask()) is not None:
+        _begun.append(asked)
 
 
 @lru_cache(maxsize=1)
@@ -17,7 +24,11 @@ def git_revision() -> str | None:
     Returns:
         None outside of repositories, in one without a commit, and where there is no git.
     """
-    asked = ask_for_revision()
+    asked: subprocess.Popen[str] | None
+    try:
+        asked = _begun.pop()
+    except IndexError:
+        asked = _ask()
     if asked is None:
         return None
     try:
@@ -28,9 +39,7 @@ def git_revision() -> str | None:
     return said.strip() or None if asked.returncode == 0 else None
 
 
-@lru_cache(maxsize=1)
-def ask_for_revision() -> subprocess.Popen[str] | None:
-    """Start git, once for a process: it answers while something else is done. None where there is no git."""
+def _ask() -> subprocess.Popen[str] | None:
     command = ["git", "describe", "--always", "--dirty", "--abbrev=40", "--exclude=*"]
     try:
         return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)

@@ -1,4 +1,5 @@
 import subprocess
+from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
@@ -10,15 +11,9 @@ def asked(tmp_path, monkeypatch):
     """Asks in an empty folder, as in a fresh process."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("GIT_CEILING_DIRECTORIES", str(tmp_path.parent))
-
-    def ask() -> str | None:
-        git_revision.cache_clear()
-        ask_for_revision.cache_clear()
-        return git_revision()
-
-    yield ask
     git_revision.cache_clear()
-    ask_for_revision.cache_clear()
+    yield git_revision.__wrapped__
+    git_revision.cache_clear()
 
 
 def git(*arguments: str) -> str:
@@ -43,3 +38,15 @@ def test_the_commit_and_whether_files_were_changed(asked, tmp_path):
 def test_without_git(asked, monkeypatch):
     monkeypatch.setenv("PATH", "")
     assert asked() is None
+
+
+def test_many_threads_ask_at_once(asked, tmp_path):
+    git("init", "-q")
+    (tmp_path / "a").write_text("1")
+    git("add", "a")
+    git("commit", "-q", "-m", "a")
+    for _ in range(3):
+        ask_for_revision()
+        with ThreadPoolExecutor(8) as threads:
+            found = list(threads.map(lambda _: asked(), range(16)))
+        assert {*found} == {git("rev-parse", "HEAD").strip()}
