@@ -33,7 +33,7 @@ def judge_command(
     """Judge a log of real robots against a scenario, and write the result as a run folder.
 
     Verdicts on quantities that the log does not contain neither pass nor fail; if nothing that the scenario
-    expects can be judged, the log fails.
+    expects besides `outcome` can be judged, the log fails.
 
     Example: escort-mj judge flight.csv --scenario mission.yaml
 
