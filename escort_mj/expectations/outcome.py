@@ -23,7 +23,7 @@ class OutcomeExpectation(Expectation):
 
     def judge_run(self, trace: Recorded, outcome: Outcome) -> Judgment:
         """Whether the run ended so."""
-        if is_log(trace) and self.outcome != "completed":
+        if is_log(trace) and self.outcome != "completed" and outcome.good:
             return not_judged("only a simulation can end so")
         if is_log(trace) and outcome.good and (short := ends_early(trace, trace.attrs[LOG_OF])):
             return not_judged(f"{short} of {trace.attrs[LOG_OF]:g} s")

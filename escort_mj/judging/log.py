@@ -178,7 +178,7 @@ def unsound(time: Array, values: Array) -> str:
         time: Time stamps, shape (k,) [s].
         values: Shape (k, ...).
     """
-    wrong = ~(np.abs(values.reshape(len(values), -1)) <= MOST)
+    wrong = ~(np.abs(values.reshape(len(values), values[:1].size)) <= MOST)
     if not wrong.any():
         return ""
     row, column = np.argwhere(wrong)[0]

@@ -393,6 +393,10 @@ def test_all_faults_at_once(run: Run, tmp_path: Path) -> None:
     with pytest.raises(LogError) as error:
         escort_mj.judge(tmp_path / "log.csv", run.scenario)
     assert len(error.value.faults) == 3, error.value.faults  # robot_9, robot_1 without x, robot_3
+    table = table.drop(columns=[name for name in table if name.startswith("robot_")])
+    table.assign(**{"e.robot_1.x": 0.0, "e.robot_1.y": 0.0}).to_csv(tmp_path / "log.csv", index=False)
+    with pytest.raises(LogError, match=r"robot_1: no columns robot_1\.x, robot_1\.y"):
+        escort_mj.judge(tmp_path / "log.csv", run.scenario)
 
 
 def test_no_log_at_all(run: Run, tmp_path: Path) -> None:
@@ -562,3 +566,5 @@ def test_a_plugin_that_fails_in_a_log_fails_it(run: Run, tmp_path: Path) -> None
     assert not judged.passed and judged.outcome is escort_mj.Outcome.FAILED
     assert "a plugin raised an error at 1.50 s" in judged.message and "too late" in judged.message
     assert float(judged.trace["time"][-1]) == pytest.approx(1.5)
+    ends = escort_mj.judge(tmp_path / "log.csv", scenario.replace({"expect": [{"outcome": "diverged"}]}))
+    assert not ends.verdicts[0].passed and ends.outcome is escort_mj.Outcome.FAILED
