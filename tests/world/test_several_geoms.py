@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from escort_mj import mission
-from escort_mj.errors import RobotError, ScenarioError
+from escort_mj.errors import PluginError, RobotError, ScenarioError
 from escort_mj.robots.modeled import Source
 from escort_mj.scenario import load_file
 from escort_mj.scenario.reader.load import parse_scenario
@@ -181,23 +181,24 @@ def test_touches_of_the_floor_are_not_asked_of_what_passes_through_it(flown):
 
 
 @pytest.mark.parametrize(
-    ("bits", "other"),
+    ("bits", "words"),
     [
-        ((0, 0), "geoms that cannot touch anything"),
-        ((4, 4), "cannot touch target"),
-        ((1, 0), "cannot touch robot_2"),
+        (("'0'", "'0'"), "robot 1, a odd, .*geoms that cannot touch anything"),
+        (("'4'", "'4'"), "robot 1, a odd, .*cannot touch target"),
+        (("'1'", "'0'"), "robot 1, a odd, .*cannot touch robot_2"),
+        ((1, "'1'"), r"the kind odd: shape\(\) sets contype of a geom to 1, which is no text"),
     ],
 )
-def test_a_plugin_whose_hull_passes_through_bodies_is_refused(tmp_path, bits, other):
+def test_a_plugin_whose_hull_is_wrong_or_passes_through_bodies_is_refused(tmp_path, bits, words):
     (tmp_path / "odd.py").write_text(
         "from typing import ClassVar, Literal\nfrom escort_mj.plugins import RobotKind\n\n\n"
         "class Odd(RobotKind):\n    part: ClassVar[str] = 'point_mass'\n"
         "    kind: Literal['odd'] = 'odd'\n\n    def shape(self, parts, radius):\n"
-        f"        parts['body'].set('contype', '{bits[0]}')\n"
-        f"        parts['body'].set('conaffinity', '{bits[1]}')\n"
+        f"        parts['body'].set('contype', {bits[0]})\n"
+        f"        parts['body'].set('conaffinity', {bits[1]})\n"
     )
     (tmp_path / "odd.yaml").write_text("plugins: [odd.py]\nrobots: {count: 2, kind: odd}\n")
-    with pytest.raises(ScenarioError, match=f"robot 1, a odd, .*{other}"):
+    with pytest.raises((ScenarioError, PluginError), match=words):
         build(load_file(tmp_path / "odd.yaml"))
 
 

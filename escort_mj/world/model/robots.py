@@ -203,6 +203,10 @@ def _shape(body: Element, name: str, kind: RobotKind, mass: float, radius: float
         parts.setdefault(part.get("name", part.tag).removeprefix(f"{name}_"), part)
     kind.weigh(parts, mass, radius)
     kind.shape(parts, radius)
+    for part in body.iter():
+        if wrong := [key for key, value in part.attrib.items() if not isinstance(value, str)]:
+            words = f"shape() sets {wrong[0]} of a {part.tag} to {part.attrib[wrong[0]]!r}, which is no text"
+            raise PluginError(f"the kind {kind.kind}: {words}")
     types = [joint.get("type", joint.tag) for joint in body.iter() if joint.tag in JOINTS]
     found = sum(COORDINATES.get(each, 1) for each in types)
     if axes <= IN_SPACE and found != kind.coordinates(axes):
