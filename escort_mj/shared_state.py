@@ -15,6 +15,7 @@ import threading
 import warnings
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
+from functools import lru_cache
 from types import ModuleType
 from typing import Any, TextIO
 
@@ -149,6 +150,8 @@ class SharedState:
         """Members of modules that are others now, in words, put right again."""
         found = []
         for module, before in self._members:
+            if _is_same(before, vars(module)):
+                continue
             for name, value in _replaced(before, vars(module)):
                 found.append(f"replaces {module.__name__}.{name}")
                 setattr(module, name, value)
@@ -201,24 +204,28 @@ def _same_state(one: Any, other: Any) -> bool:
     return bool(one[2:] == other[2:] and np.array_equal(one[1], other[1]))
 
 
-def _shared_modules() -> list[ModuleType]:
+def _shared_modules() -> list[Any]:
     """Modules and, of this package, their classes whose functions a plugin must not replace."""
     names = (*_LIBRARIES, *(name for name in sys.modules.copy() if name.startswith(_OWN)))
     modules = [module for name in names if isinstance(module := sys.modules.get(name), ModuleType)]
-    classes = [
-        value
-        for module in modules
-        if module.__name__.startswith(_PACKAGE)
-        for value in vars(module).values()
-        if isinstance(value, type) and value.__module__ == module.__name__
-    ]
-    return [*modules, *classes]  # type: ignore[list-item]
+    ours = (module for module in modules if module.__name__.startswith(_PACKAGE))
+    return [*modules, *(kind for module in ours for kind in _classes_of(module, len(vars(module))))]
+
+
+@lru_cache(maxsize=4096)
+def _classes_of(module: ModuleType, size: int) -> list[type]:
+    """Classes that a module defines; worked out again where it has another number of members."""
+    every = (value for value in vars(module).values() if isinstance(value, type))
+    return [value for value in every if value.__module__ == module.__name__]
+
+
+def _is_same(before: Mapping[str, Any], now: Mapping[str, Any]) -> bool:
+    """Whether a module or class has the same members."""
+    return len(before) == len(now) and all(map(operator.is_, before.values(), now.values()))
 
 
 def _replaced(before: Mapping[str, Any], now: Mapping[str, Any]) -> list[tuple[str, Any]]:
     """Functions and classes of a module or class that are others now: their names, and what they were."""
-    if len(before) == len(now) and all(map(operator.is_, before.values(), now.values())):
-        return []
     return [
         (name, value)
         for name, value in before.items()

@@ -37,9 +37,10 @@ NO_PLACE = "robots have neither goals nor places in a formation"
 def stuck(trace: Recorded) -> Measure:
     """Number of robots that end away from their places and have been at rest there for 5 s.
 
-    At rest is who moves by at most its radius and comes nearer to its place by less than a quarter of that.
-    Places are within `reach` of goals, and where `surface` and `vertices` have errors of at most 5 % of the
-    radius. A robot that has failed counts on the way to its goal, and is left out of a formation.
+    At rest is who moves by at most its radius, comes nearer to its place, or to the goal before it, by less
+    than a quarter of that, and reaches no goal. Places are within `reach` of goals or of places in a
+    `formation`, and where `surface` and `vertices` have errors of at most 5 % of the radius. A robot that has
+    failed counts on the way to its goal, and is left out of a formation.
     """
     headed, shaped = not lacks(trace, "goal"), np.isin(trace["behavior"].values, SHAPED)
     if not headed and not shaped.any():
@@ -52,7 +53,9 @@ def stuck(trace: Recorded) -> Measure:
     failed = lost(late)[-1]
     waiting = np.zeros_like(failed)
     if headed:
-        waiting |= _rests(late, goal_distance(late)) & (away(late)[-1] > 0.0) & (failed | _heads(late))
+        goals = late["goals_left"].values
+        rests = _rests(late, goal_distance(late)) & (goals[0] == goals[-1])
+        waiting |= rests & (away(late)[-1] > 0.0) & (failed | _heads(late))
     if shaped.any():
         error = late["task_error"].values[:, :, shaped].max(axis=2)
         off = (error > SETTLED * kept_radius(late)).all(axis=0)

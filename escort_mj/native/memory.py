@@ -12,7 +12,7 @@ them lanes at a time, never less, and what lies between two arrays belongs to no
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from functools import cache
+from functools import cache, lru_cache
 from math import prod
 from typing import Any, NamedTuple
 
@@ -69,6 +69,7 @@ class Layout:
             place += len(fields)
         self.header_size = room_for(place)
         self.plan, self.state = plan, state
+        self._shapes = lru_cache(maxsize=64)(self._shapes_of)  # the parts of a mission share their sizes
 
     def part(self, kind: type) -> None:
         """Make a class readable that annotates some fields of the state, or else of the plan, by name."""
@@ -107,16 +108,17 @@ class Layout:
         header[MAGIC] = self.magic
         for name, place in self.dimensions.items():
             header[place] = sizes[name]
+        shapes = self._shapes(self.plan, tuple(sizes.items()))
         for name, field in self.fields[self.plan].items():
             if field.kind is not np.ndarray:
                 header[field.place] = values[name]
                 continue
-            block, shape = np.asarray(values[name], dtype=float), shape_of(field, sizes)
+            block, (shape, room) = np.asarray(values[name], dtype=float), shapes[name]
             if block.shape != shape:
                 raise ValueError(f"{name} has the shape {block.shape}; expected {shape}")
             header[field.place] = end
             plan[end : end + block.size] = block.ravel()
-            end += self._room(field, shape)
+            end += room
         header[LENGTH] = end
         for name, (start, _) in self.places(sizes).items():
             assert self.state is not None
@@ -125,8 +127,9 @@ class Layout:
 
     def plan_size(self, sizes: Mapping[str, int]) -> int:
         """Length of a plan with dimensions of these sizes."""
-        arrays = (field for field in self.fields[self.plan].values() if field.kind is np.ndarray)
-        return self.header_size + sum(self._room(field, shape_of(field, sizes)) for field in arrays)
+        return self.header_size + sum(
+            room for _, room in self._shapes(self.plan, tuple(sizes.items())).values()
+        )
 
     def places(self, sizes: Mapping[str, int]) -> dict[str, tuple[int, int]]:
         """Where each array of the state begins, and how many numbers it has.
@@ -134,18 +137,19 @@ class Layout:
         Args:
             sizes: Size of each dimension.
         """
+        if self.state is None:
+            return {}
         found, end = {}, 0
-        for name, field in self.fields[self.state].items() if self.state is not None else ():
-            shape = shape_of(field, sizes)
+        for name, (shape, room) in self._shapes(self.state, tuple(sizes.items())).items():
             found[name] = end, prod(shape)
-            end += self._room(field, shape)
+            end += room
         return found
 
     def state_size(self, plan: Array) -> int:
         """Length of the state vector that belongs to a plan."""
         assert self.state is not None
-        last = list(self.fields[self.state].values())[-1]
-        return int(plan[last.place]) + self._room(last, shape_of(last, self._sizes(plan)))
+        name, last = list(self.fields[self.state].items())[-1]
+        return int(plan[last.place]) + self._shapes(self.state, self._sizes(plan))[name][1]
 
     def read(self, kind: type, plan: int, memory: int) -> Any:
         """NumPy views of all fields, as an instance of the class that declared them.
@@ -156,14 +160,14 @@ class Layout:
             memory: Address of the vector that holds the arrays: the plan's own, or the state's.
         """
         header = vector_at(plan, self.header_size)
-        sizes = self._sizes(header)
+        shapes = self._shapes(kind, self._sizes(header))
         values: dict[str, Any] = {}
         for name, field in self.fields[kind].items():
             if field.kind is not np.ndarray:
                 value = header[field.place]  # divided by zero it gives what the machine gives
                 values[name] = value if field.kind is float else field.kind(value)
                 continue
-            shape = shape_of(field, sizes)
+            shape, _ = shapes[name]
             base = plan if field.in_plan else memory
             flat = matrix_at(base + DOUBLE * int(header[field.place]), 1, prod(shape))
             values[name] = flat.reshape(shape)
@@ -179,8 +183,25 @@ class Layout:
             return room_for(rows) * prod(others)
         return room_for(rows * prod(others) + (WIDTH - 1) * bool(others))  # each row may be written in lanes
 
-    def _sizes(self, header: Array) -> dict[str, int]:
-        return {name: int(header[place]) for name, place in self.dimensions.items()}
+    def _shapes_of(
+        self, kind: type, sizes: tuple[tuple[str, int], ...]
+    ) -> dict[str, tuple[tuple[int, ...], int]]:
+        """Shapes of the arrays of a plan, a state or a part of them, and how many numbers each has room for.
+
+        Args:
+            kind: The plan's or the state's class, or a part of them.
+            sizes: Size of each dimension.
+        """
+        known, found = dict(sizes), {}
+        for name, field in self.fields[kind].items():
+            if field.kind is np.ndarray:
+                shape = shape_of(field, known)
+                found[name] = shape, self._room(field, shape)
+        return found
+
+    def _sizes(self, header: Array) -> tuple[tuple[str, int], ...]:
+        found = header[FIRST : FIRST + len(self.dimensions)].tolist()
+        return tuple(zip(self.dimensions, map(int, found), strict=True))
 
 
 def _dimensions(fields: Iterable[Declared]) -> list[str]:

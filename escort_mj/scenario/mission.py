@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import BaseModel
 
 from escort_mj.components.setup import FunctionOfTime, Outside
 from escort_mj.control.setup import Setup
@@ -16,6 +17,7 @@ from escort_mj.expectations.expectation import watches_of
 from escort_mj.memory.sampling import Sampling, signal_dimensions
 from escort_mj.metrics.watching import Watch
 from escort_mj.robots.kind import RobotKind
+from escort_mj.scenario.findings import Path
 from escort_mj.scenario.geometry.bodies import Bodies, bodies_of
 from escort_mj.scenario.geometry.obstacles import Body, obstacles_of
 from escort_mj.scenario.geometry.placement import Placement, kinds_of, robot_count, team
@@ -50,6 +52,14 @@ class Seen(NamedTuple):
     edges: tuple[int, ...] = ()
 
 
+def _parts_of(value: Any, path: Path) -> Iterator[tuple[Path, Any]]:
+    yield path, value
+    within = dict(value) if isinstance(value, BaseModel) else dict(enumerate(value))
+    for name, each in within.items():
+        if isinstance(each, BaseModel | tuple | list):
+            yield from _parts_of(each, (*path, name))
+
+
 @dataclass(frozen=True, eq=False)
 class Mission:
     """A scenario worked out; each part once, when it is first asked for.
@@ -69,6 +79,11 @@ class Mission:
     opponents_outside: bool = False
     seen: Seen | None = None
     judged: bool = True
+
+    @cached_property
+    def parts(self) -> tuple[tuple[Path, Any], ...]:
+        """Every table and every sequence of the scenario, and where each stands."""
+        return tuple(_parts_of(self.scenario, ()))
 
     @property
     def count(self) -> int:

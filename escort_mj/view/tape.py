@@ -189,8 +189,9 @@ class Live:
 
     @property
     def movable(self) -> tuple[str, ...]:
-        """See `Tape.movable`: a target, and obstacles that the scenario lets rest."""
-        target = ("target",) if self.mission.scenario.target is not None else ()
+        """See `Tape.movable`: a target without a policy, and obstacles that the scenario lets rest."""
+        known = self.mission.scenario.target
+        target = ("target",) if known is not None and known.policy is None else ()
         return (*target, *self._obstacles) if self.mission.scenario.axes <= IN_SPACE else ()
 
     def move(self, name: str, position: Array) -> None:

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.errors import UsageError
-from escort_mj.report.video.camera import plan_shot, view_axes
+from escort_mj.report.video.camera import Viewpoint, plan_shot, view_axes
 from escort_mj.view.gate import LOCAL, guarded
 from escort_mj.view.grips import Grips
 from escort_mj.view.panel import ControlPanel
@@ -72,7 +72,8 @@ class Viewer:
         part, replay = tape.around(0.0, TRAIL, MOST_SAMPLES)
         whole = tape.around(tape.reached, tape.reached, MOST_SAMPLES)[1]
         shot = plan_shot(whole, "overview", 45.0, 16 / 9, 2.0)
-        out_of_sight = tape.reached < tape.end or np.ptp(shot.look_at, axis=0).max() > 0.1 * whole.radius
+        still = plan_shot(whole, "overview", 45.0, 16 / 9, 2.0, Viewpoint(azimuth=float(shot.azimuth[0])))
+        out_of_sight = tape.reached < tape.end or np.ptp(still.look_at, axis=0).max() > 0.1 * whole.radius
         self._stage = StageView(self._server, tape.model, replay)
         self._grips = Grips(self._server, tape.movable, replay.planar, replay.radius)
         self._obstacles = [str(name) for name in part["obstacle"].values]

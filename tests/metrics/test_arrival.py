@@ -152,20 +152,21 @@ def test_no_goals_no_value(make_trace):
 
 
 def _there(again):
-    """Who is at the last of its waypoints, and how far each is from its own, shape (steps, robots)."""
+    """Who is at the last of its waypoints, how far each is from its own, and which, shape (steps, robots)."""
     goal = next(b for b in again.case.keys["mission"]["behaviors"] if dict(b).get("behavior") == "goal")
-    reach, there, away = goal.get("reach", 0.1), [], []
+    reach, there, away, goals = goal.get("reach", 0.1), [], [], []
     for robot, entry in enumerate(goal["goals"]):
         points = np.atleast_2d(entry)
         at, rows = 0, []
         for place in again.q[:, robot]:
             if at + 1 < len(points) and np.linalg.norm(place - points[at]) <= reach:
                 at += 1
-            rows.append((at + 1 == len(points), np.linalg.norm(place - points[at])))
-        last, distance = np.array(rows).T
+            rows.append((at + 1 == len(points), np.linalg.norm(place - points[at]), at))
+        last, distance, which = np.array(rows).T
         there.append((last > 0) & (distance <= reach))
         away.append(distance)
-    return np.array(there).T, np.array(away).T
+        goals.append(which)
+    return np.array(there).T, np.array(away).T, np.array(goals).T
 
 
 def _heads(again):

@@ -108,6 +108,12 @@ def test_at_any_rate_of_samples_who_moves_is_not_at_rest(compiled: None) -> None
         assert said(BLOCKED, recording__rate=rate).startswith("held up: robot 1 at (1.3, ")
 
 
+def test_who_reaches_a_goal_meanwhile_is_on_its_way(compiled: None) -> None:
+    slow = {"target": None, "obstacles": (), "duration": 9.0, "robots.radius": 0.2, "mission.max_speed": 0.03}
+    goals = {"behavior": "goal", "goals": [[[0.22, 0.0], [3.0, 0.0]], [[0.0, 4.0], [0.22, 4.0]]]}
+    assert said(BLOCKED, **slow, mission__behaviors=(goals,)) == ""
+
+
 def test_a_log_says_it_and_does_not_blame_bodies_that_it_lacks(compiled: None, tmp_path) -> None:
     log = Run(fly(BLOCKED)).save(tmp_path / "run").export(tmp_path / "log.csv")
     assert re.search(ROCK + "$", judge_log(log, BLOCKED).message)
@@ -154,8 +160,8 @@ def recomputed_stuck(again) -> float | None:
     late = again.time >= again.time[-1] - 5.0 - 1e-9
     place = again.q[late]
     if headed:
-        there, away = _there(again)
-        off, away = ~there[-1], away[late]
+        there, away, at = _there(again)
+        off, away = ~there[-1] & (at[late][0] == at[-1]), away[late]
     else:
         target = again.signal("target_position")[late][:, None]
         away = np.abs(np.linalg.norm(place - target, axis=2) - again.case.radius)

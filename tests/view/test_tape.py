@@ -57,6 +57,7 @@ def test_live_samples_where_a_window_begins_and_the_run_ends(compiled) -> None:
 def test_what_is_moved_is_there_in_the_next_sample(recorded) -> None:
     tape, untouched = Live(recorded[0]), Live(recorded[0])
     assert tape.movable == ("target", "obstacle_1")
+    assert Live(recorded[0].replace({"target": {"policy": "flee"}})).movable == ("obstacle_1",)
     tape.advance(0.5, np.inf)
     tape.move("target", np.array([1.0, 2.0, 0.4]))
     tape.move("obstacle_1", np.array([0.0, -4.0, 0.4]))

@@ -62,6 +62,14 @@ FAILING = (
 )
 
 
+def test_the_camera_follows_only_what_leaves_the_picture(compiled, tmp_path) -> None:
+    for path, followed in ((0, "nobody"), ("60*t", "target")):
+        target = {"target.position": [path, 0, 0], "axes": 3, "obstacles": ()}
+        api.run(parse_scenario(MISSION, "s", target), tmp_path / followed, figures=False, video=False)
+        with Viewer(Stored(tmp_path / followed), port=0) as viewer:
+            assert viewer.panel.camera.value == followed
+
+
 def test_a_run_that_failed_opens_at_its_failure(compiled, tmp_path, monkeypatch) -> None:
     scenario = parse_scenario(FAILING)
     run = api.run(scenario, tmp_path / "failed", figures=False, video=False)

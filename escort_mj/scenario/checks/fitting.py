@@ -4,21 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from itertools import chain
-from typing import Any
-
-from pydantic import BaseModel
 
 from escort_mj.components.equations import Equations
 from escort_mj.components.facts import Facts
 from escort_mj.scenario.checks.mission import neighbor_spacing
-from escort_mj.scenario.findings import Finding, Path
+from escort_mj.scenario.findings import Finding
 from escort_mj.scenario.mission import Mission
 
 
 def check_fits(mission: Mission) -> Iterator[Finding]:
     """Each component fits the mission, wherever it stands."""
     facts = facts_of(mission)
-    for path, component in components_in(mission.scenario):
+    components = (part for part in mission.parts if isinstance(part[1], Equations))
+    for path, component in components:
         for words, key, because in chain(component.misfits_of_kind(facts), component.misfits(facts)):
             where = (key,) if isinstance(key, str) else key
             yield Finding((*path, *(part for part in where if part != "")), words, related=because)
@@ -54,15 +52,3 @@ def facts_of(mission: Mission) -> Facts:
         force_limits=tuple(limits.values()),
         timestep=scenario.physics.timestep,
     )
-
-
-def components_in(value: Any, path: Path = ()) -> Iterator[tuple[Path, Equations]]:
-    """Yield the place of each component of a table, and of those within it."""
-    if isinstance(value, Equations):
-        yield path, value
-    if isinstance(value, BaseModel):
-        for name in type(value).model_fields:
-            yield from components_in(getattr(value, name), (*path, name))
-    elif isinstance(value, tuple):
-        for place, each in enumerate(value):
-            yield from components_in(each, (*path, place))

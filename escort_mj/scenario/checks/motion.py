@@ -4,9 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from itertools import pairwise
-from typing import Any
-
-from pydantic import BaseModel
 
 from escort_mj.components.waypoint import Waypoint
 from escort_mj.scenario.findings import Finding, Path
@@ -33,20 +30,10 @@ def check_motion(mission: Mission) -> Iterator[Finding]:
 
 def check_order(mission: Mission) -> Iterator[Finding]:
     """Waypoints are in order of time, wherever they stand."""
-    yield from _order_in(mission.scenario, ())
-
-
-def _order_in(value: Any, path: Path) -> Iterator[Finding]:
-    """Waypoints of a table are in order, and of the tables within it."""
-    if isinstance(value, BaseModel):
-        for name in type(value).model_fields:
-            yield from _order_in(getattr(value, name), (*path, name))
-        return
-    if not isinstance(value, tuple):
-        return
-    for place, each in enumerate(value):
-        yield from _order_in(each, (*path, place))
-    for index, (before, after) in enumerate(pairwise(value), 1):
-        if isinstance(before, Waypoint) and isinstance(after, Waypoint) and after.time <= before.time:
-            words = f"found {after.time:g} s after {before.time:g} s; waypoints are in order of time"
-            yield Finding((*path, index, "time"), words)
+    for path, part in mission.parts:
+        if not isinstance(part, tuple):
+            continue
+        for index, (before, after) in enumerate(pairwise(part), 1):
+            if isinstance(before, Waypoint) and isinstance(after, Waypoint) and after.time <= before.time:
+                words = f"found {after.time:g} s after {before.time:g} s; waypoints are in order of time"
+                yield Finding((*path, index, "time"), words)

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import types
-from collections.abc import Iterator, Sequence
-from functools import cache, lru_cache
+from collections.abc import Iterable, Iterator, Sequence
+from functools import cache, cached_property, lru_cache
 from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
 import numpy as np
@@ -29,7 +29,7 @@ LARGEST = 1e6  # m, N: far beyond any mission, far below where MuJoCo gives up
 def check_vectors(mission: Mission) -> Iterator[Finding]:
     """Every vector has one number per axis; those that are directions have some length."""
     axes = mission.scenario.axes
-    for path, vector, kinds in typed_in(mission.scenario):
+    for path, vector, kinds in _typed_in(mission):
         if not isinstance(vector, tuple | list):
             continue
         if len(vector) != axes:
@@ -42,7 +42,7 @@ def check_vectors(mission: Mission) -> Iterator[Finding]:
 
 def check_functions(mission: Mission) -> Iterator[Finding]:
     """Every function of time is one, and has finite values and derivatives through the whole run."""
-    for path, value, kinds in typed_in(mission.scenario):
+    for path, value, kinds in _typed_in(mission):
         if OfTime in kinds and value not in _names(kinds):
             yield from check_function(path, value, mission.scenario.duration)
         elif any(kind in FUNCTIONS for kind in kinds):
@@ -75,34 +75,49 @@ def _undefined(value: float | str, duration: float) -> str:
     return ""
 
 
-def typed_in(table: BaseModel, path: Path = ()) -> Iterator[tuple[Path, Any, Sequence[Any]]]:
+def _typed_in(mission: Mission) -> Iterator[tuple[Path, Any, Sequence[Any]]]:
     """Yield place, value and types of what has something for each axis, and of functions of time."""
-    for name, kinds in _kinds_of(type(table)).items():
-        yield from _found(getattr(table, name), kinds, (*path, name))
+    for path, table in mission.parts:
+        if isinstance(table, BaseModel):
+            for name, kinds in _kinds_of(type(table)).items():
+                yield from _found(getattr(table, name), kinds, (*path, name))
+
+
+class _Kinds:
+    """The types that a value may have, and those of what is in it."""
+
+    def __init__(self, kinds: Iterable[Any]) -> None:
+        self.kinds = list(kinds)
+        self.of_time, self.per_axis = OfTime in self.kinds, any(kind in PER_AXIS for kind in self.kinds)
+
+    @cached_property
+    def inner(self) -> _Kinds:
+        others = (kind for kind in self.kinds if kind not in PER_AXIS)
+        return _Kinds(one for kind in others for part in get_args(kind) for one in _plain(part))
+
+    @cached_property
+    def may_hold(self) -> bool:
+        """Whether there can be something for each axis, or a function of time."""
+        return self.per_axis or self.of_time or (bool(self.inner.kinds) and self.inner.may_hold)
 
 
 @cache
-def _kinds_of(table: type[BaseModel]) -> dict[str, list[Any]]:
-    """The types that each field of a table may have."""
-    return {name: list(_alternatives(field)) for name, field in table.model_fields.items()}
+def _kinds_of(table: type[BaseModel]) -> dict[str, _Kinds]:
+    """The types of those fields of a table that may have something for each axis or a function of time."""
+    every = {name: _Kinds(_alternatives(field)) for name, field in table.model_fields.items()}
+    return {name: kinds for name, kinds in every.items() if kinds.may_hold}
 
 
-def _found(value: Any, kinds: Sequence[Any], path: Path) -> Iterator[tuple[Path, Any, Sequence[Any]]]:
-    """What a value of one of these types holds."""
-    if isinstance(value, BaseModel):
-        yield from typed_in(value, path)
-    elif isinstance(value, tuple | list):
-        nested = any(isinstance(each, tuple | list | BaseModel) for each in value)
-        if not nested and any(kind in PER_AXIS for kind in kinds):
-            yield path, value, kinds
+def _found(value: Any, kinds: _Kinds, path: Path) -> Iterator[tuple[Path, Any, Sequence[Any]]]:
+    """What a value of one of these types holds, but for tables, which hold it themselves."""
+    if isinstance(value, tuple | list):
+        if kinds.per_axis and not any(isinstance(each, tuple | list | BaseModel) for each in value):
+            yield path, value, kinds.kinds
             return
-        inner = [
-            one for kind in kinds if kind not in PER_AXIS for part in get_args(kind) for one in _plain(part)
-        ]
         for place, each in enumerate(value):
-            yield from _found(each, inner, (*path, place))
-    elif value is not None and OfTime in kinds:
-        yield path, value, kinds
+            yield from _found(each, kinds.inner, (*path, place))
+    elif kinds.of_time and value is not None and not isinstance(value, BaseModel):
+        yield path, value, kinds.kinds
 
 
 def _alternatives(field: FieldInfo) -> Iterator[Any]:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from escort_mj.scenario.geometry.clutter import drawn
 from escort_mj.scenario.geometry.obstacle_body import NO_VERTICES, Body
 from escort_mj.scenario.geometry.opponents import opponent_bodies
-from escort_mj.scenario.geometry.shapes import bounding_radius, quaternion
+from escort_mj.scenario.geometry.shapes import bounding_radius, in_space, quaternion
 from escort_mj.scenario.geometry.teams import team_targets
 from escort_mj.scenario.geometry.trajectory import trajectory
 from escort_mj.scenario.geometry.walls import wall_boxes
@@ -79,7 +79,7 @@ def sizes(obstacle: Obstacle, axes: int, height: float) -> tuple[tuple[float, ..
     if obstacle.shape == "mesh":
         vertices = np.array(obstacle.vertices, dtype=float)
         if vertices.shape[1] == 2:  # the outline of a prism
-            low, high = np.pad(vertices, ((0, 0), (0, 1))), np.pad(vertices, ((0, 0), (0, 1)))
+            low, high = in_space(vertices), in_space(vertices)
             low[:, 2], high[:, 2] = -height, height
             vertices = np.concatenate([low, high])
         return (), vertices

@@ -68,7 +68,9 @@ def rotation_matrix(q: tuple[float, ...]) -> Array:
 def in_space(points: Array) -> Array:
     """Points of a mission of two or three axes, shape (k, p), as points in space, shape (k, 3) [m]."""
     points = np.asarray(points, dtype=float)
-    return np.pad(points, ((0, 0), (0, 3 - points.shape[1])))
+    found = np.zeros((len(points), 3))
+    found[:, : points.shape[1]] = points
+    return found
 
 
 def nearest_on_shape(solid: Solid, points: Array) -> tuple[Array, Array]:

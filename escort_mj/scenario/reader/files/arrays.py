@@ -37,12 +37,16 @@ def read_arrays(file: Path, what: str) -> dict[str, Any]:
         if size > LARGEST:
             raise ValueError(f": found {size:,} bytes; expected at most {LARGEST:,}")
         with np.load(file, allow_pickle=False) as arrays:
-            return {name: arrays[name] for name in arrays.files}
+            found = {name: arrays[name] for name in arrays.files}
     except FileNotFoundError:
         raise ValueError(": there is no such file beside the scenario") from None
     except Exception as error:  # whatever the libraries stumble over, it is the file's fault
         words = str(getattr(error, "strerror", None) or error).partition("\n")[0] or type(error).__name__
         raise ValueError(words if words.startswith(": ") else f": cannot be read: {words}") from None
+    for name, array in found.items():
+        if not isinstance(array, np.ndarray):  # NumPy hands out other files as they are
+            raise ValueError(f": {name} is no array of NumPy")
+    return found
 
 
 def listed(found: dict[str, Any], name: str, axes: int) -> Any:

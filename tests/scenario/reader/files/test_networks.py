@@ -1,5 +1,6 @@
 """Networks of learned policies: read from files, and refused with one clear error."""
 
+import zipfile
 from pathlib import Path
 from typing import Any
 
@@ -61,10 +62,13 @@ def test_a_wrong_file_is_one_error(tmp_path: Path, case: str) -> None:
         ("../net.npz", "leads out of the scenario's folder"),
         ("mission.yaml", "the name of a file with the suffix .npz"),
         ("text.npz", "cannot be read"),
+        ("texts.npz", "bias_1 is no array of NumPy"),
     ],
 )
 def test_a_wrong_name_is_one_error(tmp_path: Path, name: str, words: str) -> None:
     (tmp_path / "text.npz").write_text("no archive")
+    with zipfile.ZipFile(tmp_path / "texts.npz", "w") as archive:
+        archive.writestr("bias_1.npy", b"0 0")
     with pytest.raises(ScenarioError, match=words) as raised:
         load_scenario(written(tmp_path, GOOD, TEXT.replace("net.npz", name)))
     assert len(raised.value.faults) == 1
