@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
-from pydantic import NonNegativeFloat, NonNegativeInt
+from pydantic import NonNegativeFloat, NonNegativeInt, PositiveInt
 
 from escort_mj.expectations.bound import NEAR, Limits, circumstances, order_faults, text_of
 from escort_mj.expectations.expectation import Fault, Judgment, Sides, Windowed, not_judged
@@ -44,7 +44,7 @@ class ContactExpectation(Windowed):
     at_most: NonNegativeInt | None = None
     """Maximum number of touches; each is one unbroken contact between two bodies; null: 0 if there is no
     other bound."""
-    at_least: NonNegativeInt | None = None
+    at_least: PositiveInt | None = None
     """Minimum number of touches."""
     touch_time: NonNegativeFloat | None = None
     """Maximum duration of a touch [s]."""

@@ -129,17 +129,20 @@ class MetricExpectation(OfTeam, Windowed):
         return f" over the {Span(self.over).words}" if self.over else super().when
 
     def faults(self) -> Iterator[Fault]:
-        """There is a bound, a value can meet it, and there is one window."""
+        """There is a bound, a value can meet it and can fail to, and there is one window."""
         times = self.after or None, self.before
         yield from (((), words) for words in span_faults(self.over, *times) if self.over)
         if self.over == "tail" and self.definition.moment:
             yield ("over",), f"found tail; {self.metric} is a moment of the run, looked for in all of it"
         low, high, metric = self.at_least, self.at_most, self.definition
-        if low is None and high is None:
+        unit, ends = self.in_unit and f" {self.in_unit}", {"at_least": metric.least, "at_most": metric.most}
+        bounds = {key: bound for key, bound in (("at_least", low), ("at_most", high)) if bound is not None}
+        if not bounds:
             yield (), "has no bound; give at_most or at_least"
-        for key, bound in (("at_least", low), ("at_most", high)):
-            if bound is not None and not metric.least <= bound <= metric.most:
-                unit = self.in_unit and f" {self.in_unit}"
+        elif all(bound == ends[key] for key, bound in bounds.items()):
+            yield tuple(bounds)[:1], f"every value of {metric.name} meets this bound: it cannot fail"
+        for key, bound in bounds.items():
+            if not metric.least <= bound <= metric.most:
                 limits = f"{metric.least:g}{unit} or more"
                 if math.isfinite(metric.most):
                     limits = f"{metric.least:g} to {metric.most:g}{unit}"

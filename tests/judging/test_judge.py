@@ -473,7 +473,7 @@ UNSEEN = {
     ),
     "messages and estimates": (
         "knowledge: {}\ncommunication: {range: 9}",
-        ["union, at_least: 0", "message_rate, at_least: 0", "estimate_error_rms, at_most: 1"],
+        ["union, at_least: 0.1", "message_rate, at_least: 0.1", "estimate_error_rms, at_most: 1"],
         "",
     ),
 }  # fmt: skip
