@@ -72,14 +72,14 @@ def lidar_note(mission: Mission) -> str:
     lidar, axes = scenario.sensing.lidar, scenario.axes
     if lidar is None:
         return ""
-    margin = _margin(scenario)
-    gap = 2.0 * margin * math.sin(0.5 * widest_gap(lidar.count(axes), axes))
+    sine = math.sin(min(0.5 * widest_gap(lidar.count(axes), axes), 0.5 * math.pi))
     for body in mission.obstacles:
         low, high = body.corners(axes)
-        if (width := float((high - low).max())) < gap:
+        width = float((high - low).max())
+        if width < (gap := (2.0 * _margin(scenario) + width) * sine):
             return (
-                f"{body.name} is {width:.3g} m wide, and rays of the lidar are {gap:.3g} m apart at the safe "
-                "distance: robots may not see it; more sensing.lidar.rays are nearer together"
+                f"{body.name} is {width:.3g} m wide, and rays of the lidar are {gap:.3g} m apart where it is "
+                "at the safe distance: robots may not see it; more sensing.lidar.rays are nearer together"
             )
     return ""
 

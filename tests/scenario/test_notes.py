@@ -71,7 +71,7 @@ def test_what_rays_of_a_lidar_can_miss_is_told_beforehand():
     keys = {"mission": {"behaviors": [{"behavior": "avoid_obstacles", "safe_distance": 1}, "surface"]}}
     keys |= {"obstacles": [{"position": [9, 4]}, post], "sensing": {"lidar": {"rays": 36}}}
     (note,) = notes(Scenario.model_validate(keys))
-    assert note.startswith("obstacle_2 is 0.1 m wide, and rays of the lidar are 0.209 m apart")
+    assert note.startswith("obstacle_2 is 0.1 m wide, and rays of the lidar are 0.218 m apart")
     assert notes(Scenario.model_validate(keys | {"sensing": {"lidar": {"rays": 90}}})) == []
 
 
