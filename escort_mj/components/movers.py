@@ -19,7 +19,7 @@ from escort_mj.components.mission import axis_names
 from escort_mj.components.setup import MissionSetup
 from escort_mj.native.fields import Array, Fields, Recorded, Value
 from escort_mj.native.lanes import copy_numbers
-from escort_mj.native.on_demand import on_demand, on_demand_unrolled
+from escort_mj.native.on_demand import on_demand, on_demand_in_space
 from escort_mj.native.vectors import dot, norm, numbers_at, set_numbers_at
 from escort_mj.numerics.program import evaluate_program
 from escort_mj.plan import Plan, State
@@ -103,7 +103,7 @@ def kept_by(setup: MissionSetup) -> list[dict[str, str]]:
     return found
 
 
-@on_demand_unrolled
+@on_demand_in_space
 def drive(plan: Plan, state: State) -> None:
     """Finds what force drives moving bodies.
 

@@ -12,7 +12,7 @@ from escort_mj.control.custom.calls import custom_policy
 from escort_mj.control.members import asker
 from escort_mj.control.opponents import aim, turn_back
 from escort_mj.native.fields import Array, Fields, Value
-from escort_mj.native.on_demand import on_demand_unrolled
+from escort_mj.native.on_demand import on_demand_in_space
 from escort_mj.native.vectors import numbers_from, set_numbers
 from escort_mj.plan import Plan, State
 from escort_mj.policies import POLICIES
@@ -47,7 +47,7 @@ class PolicyParameters(Fields):
         }
 
 
-@on_demand_unrolled
+@on_demand_in_space
 def decide(plan: Plan, state: State) -> None:
     """Asks each policy for the velocity that its body wants, and lets opponents that do not come turn back.
 
@@ -74,4 +74,4 @@ def decide(plan: Plan, state: State) -> None:
     set_numbers(state.target_velocity, 0, velocity)
 
 
-_ask = asker(POLICIES, custom_policy, on_demand_unrolled)
+_ask = asker(POLICIES, custom_policy, on_demand_in_space)

@@ -11,7 +11,7 @@ from escort_mj.components.teams import team_of
 from escort_mj.native.fields import Array, Fields, Value
 from escort_mj.native.kernels import inlined
 from escort_mj.native.lanes import copy_numbers
-from escort_mj.native.on_demand import on_demand_unrolled
+from escort_mj.native.on_demand import on_demand_in_space
 from escort_mj.native.vectors import Vec, norm, numbers_at, numbers_from, set_numbers_at
 from escort_mj.plan import Plan, State
 
@@ -54,7 +54,7 @@ class OpponentState(Fields):
     threat_velocity: Annotated[Array, "guarding", "p", Value("m/s", "likewise")]
 
 
-@on_demand_unrolled
+@on_demand_in_space
 def judge_opponents(plan: Plan, state: State) -> None:
     """Lets opponents come when it is time, and sees which are intercepted or have reached the target.
 
@@ -104,7 +104,7 @@ def aim(b: int, plan: Plan, state: State) -> None:
     copy_numbers(state.obstacle_velocity[j], state.target_velocity, p)
 
 
-@on_demand_unrolled
+@on_demand_in_space
 def turn_back(b: int, plan: Plan, state: State) -> None:
     """Lets an opponent that does not come yet, or no longer, be at its start or go there.
 
@@ -118,7 +118,7 @@ def turn_back(b: int, plan: Plan, state: State) -> None:
     set_numbers_at(state.mover_wish, b, share * way)
 
 
-@on_demand_unrolled
+@on_demand_in_space
 def assign_guards(plan: Plan, state: State) -> None:
     """Gives each opponent that comes a robot: the most urgent one first, the nearest robot to its way.
 

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from escort_mj.components.teams import team_of
 from escort_mj.control.inner import change_law
 from escort_mj.native.kernels import inlined
-from escort_mj.native.on_demand import on_demand_unrolled
+from escort_mj.native.on_demand import on_demand_in_space
 from escort_mj.native.vectors import dot, numbers_at, set_numbers_at, zero_like
 from escort_mj.numerics.reform import reform
 from escort_mj.plan import Plan, State
@@ -24,7 +24,7 @@ Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 
-@on_demand_unrolled
+@on_demand_in_space
 def form_teams(plan: Plan, state: State) -> None:
     """Finds which targets teams have, and where, and moves robots from one team to another.
 

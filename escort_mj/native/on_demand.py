@@ -35,10 +35,12 @@ class Entry(NamedTuple):
     Attributes:
         slot: Holds its address once it is there.
         piece: Which machine code it is.
+        ships: Whether any mission reaches it.
     """
 
     slot: ctypes.c_void_p
     piece: Artifact
+    ships: bool
 
 
 declared: dict[Any, tuple[int | None, ...]] = {}
@@ -64,12 +66,17 @@ def on_demand_unrolled(function: F) -> F:
     return _declare(function, CLASSES)
 
 
-def _declare(function: F, classes: tuple[int | None, ...]) -> F:
+def on_demand_in_space(function: F) -> F:
+    """As `on_demand_unrolled`, for what only missions in two or three axes reach: for more, none ships."""
+    return _declare(function, CLASSES, in_space=True)
+
+
+def _declare(function: F, classes: tuple[int | None, ...], in_space: bool = False) -> F:
     declared[function] = classes
     for axes in classes:
         piece = piece_of(function, axes)
         slot = ctypes.c_void_p()
-        entries[ctypes.addressof(slot)] = Entry(slot, piece)
+        entries[ctypes.addressof(slot)] = Entry(slot, piece, not in_space or axes is not None)
         symbols[slot_name(piece)] = ctypes.addressof(slot)
     return function
 
@@ -109,7 +116,7 @@ def _request(address: int) -> None:
     """
     began = time.perf_counter()
     try:
-        slot, piece = entries[address]
+        slot, piece, _ = entries[address]
         with stopping.deaf():
             slot.value = artifacts.address(piece)
     except KeyboardInterrupt:

@@ -16,7 +16,7 @@ from escort_mj.components.component import block_at, reader
 from escort_mj.components.rays import stretch_in
 from escort_mj.components.setup import MissionSetup
 from escort_mj.native.fields import Array, Fields, Recorded, Value
-from escort_mj.native.on_demand import on_demand_unrolled
+from escort_mj.native.on_demand import on_demand_in_space
 from escort_mj.native.vectors import dot, numbers_at, set_numbers_at
 from escort_mj.numerics.gaussian import LIDAR, normals
 from escort_mj.plan import Plan, State
@@ -69,7 +69,7 @@ def widest_gap(count: int, axes: int) -> float:
     return 2.0 * math.pi / count if axes == 2 else 1.5 * math.sqrt(4.0 * math.pi / count)
 
 
-@on_demand_unrolled
+@on_demand_in_space
 def scan(plan: Plan, state: State) -> None:
     """Scan from all robots, if that is due: `lidar_point`."""
     step, lidar = int(state.step[0]), read_lidar(block_at(plan.lidar_place, plan), 0)

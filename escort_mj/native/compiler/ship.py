@@ -24,7 +24,7 @@ def every_piece() -> list[Artifact]:
     """Return all that ships, what takes longest first."""
     for module in EVERY_KERNEL:
         import_module(module)
-    return [*on_demand.callbacks, *(entry.piece for entry in on_demand.entries.values())]
+    return [*on_demand.callbacks, *(entry.piece for entry in on_demand.entries.values() if entry.ships)]
 
 
 def every_text() -> dict[str, bytes]:
