@@ -140,7 +140,7 @@ HOSTILE = r"no\n::error::a\n::stop-commands::b\u2028##[error]c\u202e"  # what th
 
 def test_text_of_users_gives_no_orders_to_runners_and_terminals(check, tmp_path: Path) -> None:
     (tmp_path / "s" / "fails.yaml").rename(file := tmp_path / "s" / "::error::e\n::error::f.yaml")
-    file.write_text(file.read_text().replace("at_least: 5", f'at_least: 0, xfail: "{HOSTILE}"'))
+    file.write_text(file.read_text().replace("at_least: 5", f'at_most: 5, xfail: "{HOSTILE}"'))
     for options in ((), ("--github",), ("--json",)):
         code, out, _ = check(str(file), "nosuch\n::error::g", *options)
         assert code == 2 and "stop-commands" in out

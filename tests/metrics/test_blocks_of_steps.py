@@ -28,7 +28,7 @@ MISSIONS: dict[str, tuple[str, dict[str, Any]]] = {
         },
     ),
 }
-EACH = {m.name: {"metric": m.name, "at_least": max(m.least, 0.0)} for m in KINDS[Metric] if m.watches}
+EACH = {m.name: {"metric": m.name, "at_least": max(m.least, 0.0) + 0.1} for m in KINDS[Metric] if m.watches}
 BESIDE = ({"clearance": ["robots", "robots"], "at_least": 0.0}, {"settled": 0.3, "by": 0.2})
 
 
