@@ -16,10 +16,10 @@ from numpy.typing import NDArray
 import escort_mj
 from benchmarks.document import measure_page, table
 from benchmarks.peers.environments import NotInstalled, python_of
+from escort_mj.behaviors import Goal
 
 PAGE = "goals.md"
 ADAPTER = Path(__file__).parent / "peers" / "fly_orca.py"
-REACH = 0.05  # m from its goal a robot has arrived
 DRAWN = 10  # teams whose starts are off the circle
 OFF = 0.3  # by at most so much along each axis [m]
 PLAIN = {"step": 0.02, "horizon": 2.0, "sees": 3.0, "neighbors": 10, "turn": 0.0}
@@ -55,7 +55,7 @@ def theirs(teams: list[Any], way: dict[str, Any]) -> list[Flown]:
             way | {
                 "starts": starts.tolist(), "goals": (2.0 * starts.mean(axis=0) - starts).tolist(),
                 "radius": team.robots.radius + margin, "speed": team.mission.max_speed,
-                "duration": team.duration, "reach": REACH, "seed": team.seed,
+                "duration": team.duration, "reach": reach_of(team), "seed": team.seed,
             }
         )  # fmt: skip
     command = [str(python_of("orca")), str(ADAPTER)]
@@ -64,6 +64,12 @@ def theirs(teams: list[Any], way: dict[str, Any]) -> list[Flown]:
     for row, team in zip(found, teams, strict=True):
         row["gap"] += team.mission.behaviors[0].safe_distance
     return found
+
+
+def reach_of(team: Any) -> float:
+    """Distance from its goal within which a robot has arrived [m], for both."""
+    (goal,) = (each for each in team.mission.behaviors if isinstance(each, Goal))
+    return goal.reach
 
 
 def line(name: str, teams: str, found: list[Flown], best: list[Flown]) -> list[str]:

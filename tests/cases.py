@@ -1,6 +1,7 @@
 """Which cases of a test are fast enough for every change: a few in which every value appears.
 
-A test marked `crossed` has cases that differ by several parameters. Cases without a new value are slow.
+A test marked `crossed` has cases that differ by several parameters. Cases without a new value are slow, and
+those that a test marked `slow_cases` names by a part of their ids.
 """
 
 from collections import Counter
@@ -23,6 +24,10 @@ def mark_slow(items: Iterable[pytest.Item]) -> None:
         for index, case in enumerate(cases):
             if index not in chosen:
                 case.add_marker("slow")
+    for item in items:
+        parts = [part for mark in item.iter_markers("slow_cases") for part in mark.args]
+        if parts and any(part in item.callspec.id for part in parts):
+            item.add_marker("slow")
 
 
 def covering(cases: list[set[Any]]) -> set[int]:

@@ -19,6 +19,7 @@ def shell(line: str, folder, *arguments: str) -> int:
     ).returncode
 
 
+@pytest.mark.slow_cases("no_reader")
 @pytest.mark.parametrize(
     ("line", "arguments", "code"),
     [

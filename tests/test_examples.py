@@ -31,6 +31,7 @@ def example(name: str) -> Any:
     return module
 
 
+@pytest.mark.slow
 def test_many_missions(compiled: None) -> None:
     made = subprocess.run(
         [sys.executable, EXAMPLES / "many_missions.py", "3"], capture_output=True, text=True, check=True
@@ -45,6 +46,7 @@ def test_ros2_node_without_ros2() -> None:
     assert made.stderr.startswith("No module named 'rclpy'; source the setup of ROS 2 first")
 
 
+@pytest.mark.slow
 def test_train_policy(compiled: None, capsys: pytest.CaptureFixture[str]) -> None:
     pytest.importorskip("cmaes")
     pytest.importorskip("gymnasium")
@@ -179,6 +181,7 @@ def words(text: str) -> str:
     return re.sub(r"[\d.]+", "#", text)
 
 
+@pytest.mark.slow
 def test_train_both_sides(
     compiled: None, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -38,12 +38,14 @@ def flown(folder: Path, avoids: object, outer: str) -> escort_mj.Run:
     return escort_mj.run(escort_mj.load_scenario("patrol", keys, [str(plugin)]))
 
 
+@pytest.mark.slow_cases("barrier_filter", "potential_field")
 @pytest.mark.parametrize("outer", ["set_based", "barrier_filter", "potential_field"])
 def test_a_plugins_distances_are_kept_as_ours(compiled: None, tmp_path: Path, outer: str) -> None:
     ours, theirs, free = (flown(tmp_path, each, outer).trace["q"].values for each in (OURS, "shy", None))
     assert np.array_equal(ours, theirs) and not np.array_equal(ours, free)
 
 
+@pytest.mark.slow
 def test_nsb_asks_its_task(compiled: None, tmp_path: Path) -> None:
     theirs, free = (flown(tmp_path, each, "nsb").trace["q"].values for each in ("shy", None))
     assert np.array_equal(theirs, free)

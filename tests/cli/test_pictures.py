@@ -38,6 +38,7 @@ def test_the_format_follows_from_the_file_or_names_it(tmp_path):
         pictures._file(tmp_path, tmp_path / "a.webp", "mp4")
 
 
+@pytest.mark.slow
 def test_figures_for_a_paper(make_run, one_figure, monkeypatch, capfd):
     folder = make_run(samples=20)
     look = ("--width", "8.8cm", "--font-size", "7", "--font", "serif", "--no-title")

@@ -58,6 +58,7 @@ FAULTS = [
 ]
 
 
+@pytest.mark.slow_cases("estimator", "metric")
 @pytest.mark.parametrize("kind", CHECKS)
 def test_a_right_one(compiled, tmp_path, kind):
     text, checks = CHECKS[kind]
@@ -65,6 +66,7 @@ def test_a_right_one(compiled, tmp_path, kind):
     assert not only_wrong(tmp_path, text + COMPILED * compilable, checks)
 
 
+@pytest.mark.slow_cases("metric-case31", "estimator-case26", "law-case7")
 @pytest.mark.parametrize(("kind", "case"), FAULTS)
 def test_a_wrong_one_is_found_by_its_check(compiled, tmp_path, kind, case):
     (text, checks), (old, new) = CHECKS[kind], case["change"]
@@ -88,6 +90,7 @@ class TestParameters:
 
 
 class TestBehaviors:
+    @pytest.mark.slow_cases("wrong0")
     @pytest.mark.parametrize(("gain", "wrong"), [("self.gain", []), ("-self.gain", ["works"])])
     def test_one_that_keeps_off_obstacles_meets_some(self, compiled, tmp_path, gain, wrong):
         text = BEHAVIOR.replace("across, keep, unit_axis", "keep_distance, norm, only")

@@ -94,6 +94,9 @@ def everything() -> type[Any]:
     return EVERYTHING
 
 
+@pytest.mark.slow_cases(
+    "Attract", "Avoid", "Chords", "Goal", "Guard", "Intercept", "Orbit", "Repulsion", "Spacing"
+)
 @pytest.mark.parametrize("draws", [6, pytest.param(20, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("behavior", [each for each in BEHAVIORS if each is not Formation], ids=name_of)
 def test_behaviors_that_ship_are_what_a_plugins_has_to_be(

@@ -20,7 +20,7 @@ from tests.control.twins import Kernel
 from tests.independent.conditions import Condition, World, approach, conditions
 
 STEP = 0.01
-FEW, SAMPLES = 4, 10  # of each mission that is drawn: in fast tests, in slow ones
+FEW, SAMPLES = 2, 10  # of each mission that is drawn: in fast tests, in slow ones
 FORCE, MASS = 20.0, 1.0
 WISHED = 20.0  # m/s
 MISSIONS = (0, 1, 2, 6, 9, 11, 14, 21, 23, 24, 27, 30, 38)  # seeds of missions of every kind

@@ -59,6 +59,7 @@ def test_without_a_radio_and_with_a_radio_alone() -> None:
     walk(2, "vertices", communication=RADIO)
 
 
+@pytest.mark.slow_cases("barrier_filter", "potential_field")
 @pytest.mark.crossed
 @pytest.mark.parametrize("failures", [[], LOSSES])
 @pytest.mark.parametrize(("axes", "outer"), [

@@ -192,6 +192,7 @@ def test_conditions_beyond_the_speed_limit_are_broken_least(axes: int) -> None:
     assert seen > 100
 
 
+@pytest.mark.slow_cases("surface-3")
 @pytest.mark.crossed
 @pytest.mark.parametrize(
     "rules", [Rules(2.0, UNLIMITED, 0.0, 0.0, 0.0, 0.0), Rules(4.0, 3.0, 0.0, 1.0, 0.0, 0.0)]

@@ -272,6 +272,7 @@ def test_teammates_that_do_not_count_may_overlap() -> None:
     assert not compare(setup, q, v).any()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("steps", [200, pytest.param(5000, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("axes", [2, 3])
 def test_a_long_run_stays_together(axes: int, steps: int) -> None:
@@ -295,6 +296,7 @@ def test_a_long_run_stays_together(axes: int, steps: int) -> None:
     np.testing.assert_allclose(states["kernel"], states["twin"], rtol=0.0, atol=1e-6)
 
 
+@pytest.mark.slow_cases("3-surface")
 @pytest.mark.crossed
 @pytest.mark.parametrize("noise", [0.0, 0.05])
 @pytest.mark.parametrize("measure", ["center", "surface"])

@@ -36,6 +36,7 @@ PHASES = (
 )
 
 
+@pytest.mark.slow_cases("set_based-3")
 @pytest.mark.crossed
 @pytest.mark.parametrize("axes", [2, 3])
 @pytest.mark.parametrize(

@@ -100,6 +100,7 @@ def test_snapshots_go_on_with_the_same_bits(compiled: None, folder: Path) -> Non
     assert live.step(0.3)["disturbance"].tobytes() == first.tobytes()
 
 
+@pytest.mark.slow
 def test_a_compiled_plugin_passes_all_checks(compiled: None, hurried: None, folder: Path) -> None:
     rows = list(check_plugin(str(folder / "swirl.py")))
     assert not [row for row in rows if not row.held]

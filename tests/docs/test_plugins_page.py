@@ -15,8 +15,6 @@ PAGE = (ROOT / "docs" / "plugins.md").read_text()
 BLOCK = re.compile(r"(.*?)^```(\w+)\n(.*?)^```$", re.DOTALL | re.MULTILINE)
 FILE = re.compile(r"`(\w+\.(?:py|yaml))`")
 PLAIN = ["--no-figures"]  # figures are tested elsewhere, and take long
-SHORT = ["--set", "duration=2", "--set", "expect=[]"]
-LONG = pytest.param("as printed", marks=pytest.mark.slow)
 
 
 def followed(folder):
@@ -40,9 +38,9 @@ def followed(folder):
                 file.write_text(file.read_text().replace(old, new))
 
 
-@pytest.fixture(scope="module", params=["shortly", LONG])
-def page(request, compiled, tmp_path_factory):
-    """The folder, and what every command printed; of most runs, the beginning is fast."""
+@pytest.fixture(scope="module")
+def page(compiled, tmp_path_factory):
+    """The folder, and what every command printed."""
     folder = tmp_path_factory.mktemp("newcomer")
     printed = {}
     with pytest.MonkeyPatch.context() as patch:
@@ -51,7 +49,6 @@ def page(request, compiled, tmp_path_factory):
         patch.setattr("escort_mj.conformance.apart.check_apart", check_plugin)  # here: a process takes 3 s
         for number, words in enumerate(followed(folder)):
             more = PLAIN if words[0] == "run" else []
-            more = more + SHORT * (bool(more) and words[1] != "judged.yaml" and request.param == "shortly")
             if words[0] == "compare":
                 continue  # draws for long; tested in tests/study
             result = CliRunner().invoke(app, [*words, *more])
@@ -60,11 +57,13 @@ def page(request, compiled, tmp_path_factory):
     return folder, printed
 
 
+@pytest.mark.slow
 def test_every_command_succeeds_as_printed(page):
     written = re.findall(r"^escort-mj (?!compare|schema)", PAGE, re.MULTILINE)
     assert len(page[1]) == len(written) > 20
 
 
+@pytest.mark.slow
 def test_nothing_that_is_checked_is_wrong(page):
     checks = [lines for command, lines in page[1].items() if "check-plugin" in command]
     assert len(checks) > 12
@@ -72,19 +71,21 @@ def test_nothing_that_is_checked_is_wrong(page):
     assert ["forms agree" in lines for lines in checks][:4] == [False, True, True, True]
 
 
+@pytest.mark.slow
 def test_verdicts_of_the_page_hold(page):
     judged = next(lines for command, lines in page[1].items() if "run judged.yaml" in command)
     assert "bearing_gap" in judged and "together" in judged
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("mission", ["told", "heard"])
-@pytest.mark.parametrize("page", [LONG], indirect=True)
 def test_errors_are_those_of_the_page(page, mission):
     judged = next(lines for command, lines in page[1].items() if f"run {mission}.yaml" in command)
     found = re.search(r"estimate_error_rms .* ([\d.]+) m$", judged, re.MULTILINE)
     assert f"after 20 s is {1e3 * float(found[1]):.3g} mm" in PAGE
 
 
+@pytest.mark.slow
 def test_the_examples_are_those_of_the_page(page):
     for name in ("leaky_law.py", "storm.yaml"):
         assert (ROOT / "examples" / "plugins" / name).read_text() == (page[0] / name).read_text()

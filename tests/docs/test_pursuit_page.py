@@ -16,6 +16,7 @@ from tests.docs.pages import ROOT
 PAGE = (ROOT / "docs" / "pursuit.md").read_text(encoding="utf-8")
 
 
+@pytest.mark.slow_cases("7")
 @pytest.mark.parametrize("count", [4, 7, 12])
 def test_points_stop_a_dash_up_to_the_ratio_of_theory(compiled: None, count: int) -> None:
     least = 1.0 / math.sin(math.pi / count)

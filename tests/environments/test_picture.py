@@ -59,6 +59,7 @@ def test_gymnasium_records_a_video(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     assert (first != last).any() and (first != other).any()
 
 
+@pytest.mark.slow_cases("sixteen_cell")
 @needs_gl
 @pytest.mark.parametrize(
     ("name", "shown"),

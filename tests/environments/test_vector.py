@@ -79,6 +79,7 @@ def test_missions_that_break_end_alone(mode: AutoresetMode) -> None:
     assert broke >= 1
 
 
+@pytest.mark.slow_cases("raid")
 @pytest.mark.crossed
 @pytest.mark.parametrize("mode", AutoresetMode)
 @pytest.mark.parametrize(("name", "groups"), [("pursuit/intruders", 2), ("pursuit/raid", 1)])

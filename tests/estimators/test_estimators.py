@@ -106,6 +106,7 @@ def bound(measure: str, variance: float, states: Array) -> Array:
     return np.array(found)
 
 
+@pytest.mark.slow_cases("range")
 @pytest.mark.crossed
 @pytest.mark.parametrize("radius", [0.0, 0.1])
 @pytest.mark.parametrize("measure", NOISE)

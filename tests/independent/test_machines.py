@@ -11,6 +11,7 @@ FEW = 4
 MANY = 300
 
 
+@pytest.mark.slow_cases("0")
 @pytest.mark.parametrize("seed", range(FEW))
 def test_a_drawn_mission_is_judged_as_it_is_seen(seed: int) -> None:
     assert not compared(seed)

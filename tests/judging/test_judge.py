@@ -101,6 +101,7 @@ def positions(run: Run, **changes: np.ndarray) -> pandas.DataFrame:
     return pandas.DataFrame(table | changes)
 
 
+@pytest.mark.slow_cases("csv")
 @pytest.mark.parametrize("suffix", ["csv", "parquet", "mcap"])
 def test_an_exported_run_is_judged_alike(run: Run, exported: Path, suffix: str) -> None:
     judged = escort_mj.judge(exported / f"run.{suffix}", run.scenario)
@@ -449,6 +450,7 @@ def _written(table: pandas.DataFrame, folder: Path) -> Path:
     return folder / "log.csv"
 
 
+@pytest.mark.slow
 def test_the_example(compiled: None) -> None:
     judged = escort_mj.judge(Path(__file__).parents[2] / "examples" / "logs" / "main.csv", "main")
     assert judged.passed and len(judged.verdicts) == 5 and not any(one.skip for one in judged.verdicts)

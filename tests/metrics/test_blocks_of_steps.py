@@ -47,6 +47,7 @@ def asking(name: str) -> Scenario:
     return plain.replace({"recording.rate": round(1.0 / plain.physics.timestep)}, expect=asked)
 
 
+@pytest.mark.slow_cases("knowledge", "space")
 @pytest.mark.parametrize("name", MISSIONS)
 def test_bits_do_not_depend_on_the_block(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     found: list[np.ndarray] = []

@@ -97,6 +97,7 @@ def causes(text: str) -> list[str]:
     return [each.cause for each in found]
 
 
+@pytest.mark.slow_cases("2")
 @pytest.mark.filterwarnings("error::RuntimeWarning")
 @pytest.mark.parametrize("rate", [2, 50])
 def test_causes_are_of_samples_and_found_at_any_rate_of_them(rate: int) -> None:

@@ -114,6 +114,7 @@ def test_who_reaches_a_goal_meanwhile_is_on_its_way(compiled: None) -> None:
     assert said(BLOCKED, **slow, mission__behaviors=(goals,)) == ""
 
 
+@pytest.mark.slow
 def test_a_log_says_it_and_does_not_blame_bodies_that_it_lacks(compiled: None, tmp_path) -> None:
     log = Run(fly(BLOCKED)).save(tmp_path / "run").export(tmp_path / "log.csv")
     assert re.search(ROCK + "$", judge_log(log, BLOCKED).message)

@@ -122,6 +122,7 @@ BLOWN = {
 }
 
 
+@pytest.mark.slow_cases("diverged")
 @pytest.mark.parametrize(("broken", "end"), [(UNSTABLE, 0.002), (BLOWN, 1.688)], ids=["unstable", "diverged"])
 def test_a_run_breaks_off_in_the_same_step_at_any_rate(compiled, broken, end):
     expect = (
@@ -248,6 +249,7 @@ def test_a_radius_that_grows_is_the_one_to_keep(compiled):
     assert np.allclose(run.trace["kept_radius"].values, (3.0 + 0.1 * run.trace["time"].values)[:, None])
 
 
+@pytest.mark.slow
 def test_a_radius_that_grows_far_is_no_divergence_and_no_error(compiled):
     surface = {"behavior": "surface", "radius": "1 + 1.5*t"}
     mission = {"radius": 1.0, "max_speed": 5.0, "behaviors": ["vertices", surface]}

@@ -76,6 +76,7 @@ def folds(monkeypatch: pytest.MonkeyPatch) -> list[int]:
     return found
 
 
+@pytest.mark.slow_cases("blocks-samples")
 @pytest.mark.crossed
 @pytest.mark.parametrize("pattern", PATTERNS)
 @pytest.mark.parametrize("name", ASKING)
@@ -113,6 +114,7 @@ def test_signals_of_a_mission_are_those_of_its_last_sample() -> None:
             np.testing.assert_array_equal(other[signal], row[signal].values[-1])
 
 
+@pytest.mark.slow
 def test_what_comes_from_outside_meets_steps_set_aside() -> None:
     """Pushes, changes, moved targets and moments, whether or not anybody looked before them."""
     found = []

@@ -24,6 +24,7 @@ def bits(found: Run) -> list[bytes]:
     return [found.trace[name].values.tobytes() for name in HEARD]
 
 
+@pytest.mark.slow_cases("Periodic")
 @pytest.mark.parametrize("kind", RADIOS)
 def test_what_ships_is_a_plugin_with_the_same_text(compiled: None, tmp_path: Path, kind: type[Radio]) -> None:
     """The file itself, with the name changed, compiled and in Python: the same bits."""
@@ -35,6 +36,7 @@ def test_what_ships_is_a_plugin_with_the_same_text(compiled: None, tmp_path: Pat
     assert bits(flown(tmp_path, text.replace('    radio: Literal["own"] = "own"\n', COMPILED))) == shipped
 
 
+@pytest.mark.slow
 def test_numbers_of_its_own_and_a_distance(compiled: None, tmp_path: Path) -> None:
     found = flown(tmp_path, FADING)
     lost, heard = (found.trace[name].values[-1].sum() for name in ("messages_lost", "messages_heard"))

@@ -19,6 +19,7 @@ def trace(record, request) -> xarray.Dataset:
     return build_trace(samples, sizes, labels | {"attributes": about})
 
 
+@pytest.mark.slow_cases("empty")
 def test_xarray_reads_what_we_write(trace, tmp_path):
     (tmp_path / "trace.nc").write_bytes(to_netcdf(trace))
     with xarray.open_dataset(tmp_path / "trace.nc", engine="h5netcdf", decode_times=False) as read:
@@ -27,6 +28,7 @@ def test_xarray_reads_what_we_write(trace, tmp_path):
         assert read.encoding["unlimited_dims"] == {dim for dim in without_labels if not trace.sizes[dim]}
 
 
+@pytest.mark.slow_cases("empty")
 def test_we_read_what_xarray_writes(trace, tmp_path):
     """Run folders of earlier versions, and traces that somebody changed and saved."""
     trace.to_netcdf(tmp_path / "trace.nc", engine="h5netcdf")

@@ -30,11 +30,13 @@ def flown(request: pytest.FixtureRequest) -> Flight:
     return fly(escort_mj.load_scenario(name, overrides))
 
 
+@pytest.mark.slow_cases("one of six")
 def test_metrics_and_verdicts_are_those_of_the_trace(flown: Flight) -> None:
     assert measures_of(flown.recording) == measures_of(flown.trace)
     assert flown.verdicts == judge(flown.scenario.expect, flown.trace, flown.outcome)
 
 
+@pytest.mark.slow_cases("truth", "collision")
 def test_so_is_every_metric_of_a_window(flown: Flight) -> None:
     end = float(flown.trace.time[-1])
     for after, before in ((0.3 * end, 0.7 * end), (0.5 * end, None), (0.0, 0.4 * end)):

@@ -112,6 +112,7 @@ def damaged_json(content: bytes, draw: random.Random) -> bytes:
     return json.dumps(data).encode()
 
 
+@pytest.mark.slow_cases("outcome.json")
 @pytest.mark.parametrize("name", JSON)
 def test_json(whole, draws, name, monkeypatch) -> None:
     monkeypatch.setattr(stored, "load_recording", lambda path: whole.recording)
@@ -157,6 +158,7 @@ def damaged_trace(trace: Any, draw: random.Random) -> Any:
     return trace
 
 
+@pytest.mark.slow
 def test_traces(whole, draws) -> None:
     def read(trace: Any) -> None:
         check_trace(trace, Path("trace.nc"))

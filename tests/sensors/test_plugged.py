@@ -70,6 +70,7 @@ def test_steps_of_a_walk_have_their_size_and_robots_are_apart(compiled: None, tm
     assert np.abs(together).max() < 0.25, "robots and quantities have random numbers of their own"
 
 
+@pytest.mark.slow
 def test_what_ships_is_a_plugin_with_the_same_text(compiled: None, tmp_path: Path) -> None:
     """The file itself, with the name changed: compiled the same bits, in Python the same to rounding."""
     for kind in SENSORS:
@@ -85,6 +86,7 @@ def test_what_ships_is_a_plugin_with_the_same_text(compiled: None, tmp_path: Pat
         assert bits(flown(tmp_path, text.replace(NAME, COMPILED), used.replace("{}", "own"))) == bits(shipped)
 
 
+@pytest.mark.slow
 def test_it_passes_its_checks(compiled: None, hurried: None, tmp_path: Path) -> None:
     (tmp_path / "own.py").write_text(DRIFTING.replace(NAME, COMPILED))
     assert not [check for check in check_plugin(str(tmp_path / "own.py")) if not check.held]

@@ -148,6 +148,7 @@ def test_inside_a_shape_a_robot_is_pushed_out() -> None:
     assert controller.velocity[0, 0] > 0.1 and controller.signals["avoidance_active"][0] == 1
 
 
+@pytest.mark.slow_cases("interpreted")
 @pytest.mark.parametrize("backend", ["native", "interpreted"])
 def test_a_saved_state_continues_bit_for_bit(backend: Any) -> None:
     one, other = (Controller(SEEING, backend=backend, simulate=True) for _ in range(2))

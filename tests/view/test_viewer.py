@@ -249,6 +249,7 @@ def test_no_viser_no_display_no_port(monkeypatch, tape) -> None:
         Viewer(tape)
 
 
+@pytest.mark.slow
 def test_ctrl_c_ends_in_order(compiled, tmp_path: Path) -> None:
     (tmp_path / "watched.yaml").write_text(MISSION)
     command = [sys.executable, "-m", "escort_mj", "view", "watched.yaml", "--port", "0"]

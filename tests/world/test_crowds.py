@@ -25,6 +25,7 @@ def heap(count: int, **robots: Any) -> dict[str, Any]:
     }
 
 
+@pytest.mark.slow_cases("physics0")
 @pytest.mark.parametrize("physics", [{}, {"friction": True}])
 def test_a_thousand_robots_squeezed_together_run(make_world, physics) -> None:
     world = make_world(**heap(1000), physics=physics)

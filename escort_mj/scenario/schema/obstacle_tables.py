@@ -91,7 +91,7 @@ class Obstacle(Parameters):
     size: Annotated[tuple[Radius, ...], Field(min_length=1, max_length=3)] | None = None
     """Half-sizes as in MuJoCo [m]. Box and ellipsoid: along the body's x, y, z; cylinder and capsule: radius
     and half-length along the body's z, without the caps of a capsule. In the plane, except for a capsule, you
-    can omit the last value, which is then the robots' radius."""
+    can omit the last value, which is then the height of the robots' centers."""
     vertices: Annotated[tuple[Vector, ...], Field(min_length=3, max_length=MOST_VERTICES)] | None = None
     """Vertices of a mesh, relative to its center [m]; the body is their convex hull. In the plane: vertices
     of the outline."""

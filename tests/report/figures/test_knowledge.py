@@ -97,6 +97,7 @@ def filled(axes, color):
     ]
 
 
+@pytest.mark.slow
 def test_the_figure_is_drawn_of_any_team(trace):
     lost = np.zeros((len(TIME), N))
     lost[50:, 1] = 1.0

@@ -145,10 +145,12 @@ def test_metrics_of_plugins_are_in_the_tables(tmp_path: Path) -> None:
     assert "Also in" in (page := (out / "report.html").read_text()) and "farthest" in page
 
 
+@pytest.mark.slow
 def test_the_same_results_give_the_same_page(few: Path) -> None:
     assert write_study_page(few).read_text() == write_study_page(few).read_text()
 
 
+@pytest.mark.slow
 def test_the_command_writes_figures_for_papers_too(few: Path) -> None:
     looks = ["--figure-format", "pdf", "--width", "88mm", "--font-size", "7", "--no-title"]
     done = CliRunner().invoke(app, ["report", str(few), *looks])

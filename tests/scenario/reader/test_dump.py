@@ -82,6 +82,7 @@ def test_a_table_of_defaults_in_a_list_reads_back_the_same():
     assert parse_scenario(short_dump(scenario)) == scenario
 
 
+@pytest.mark.slow
 def test_the_short_form_of_what_ships_reads_back_the_same():
     for path in SHIPPED:
         scenario = loaded(path)

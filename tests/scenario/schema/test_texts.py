@@ -24,6 +24,7 @@ def test_control_characters_are_refused(table: dict) -> None:
         Scenario.model_validate({"duration": 1.0, "robots": {"count": 2}, **table})
 
 
+@pytest.mark.slow
 def test_tables_and_files_allow_the_same_characters() -> None:
     every = [chr(code) for code in range(sys.maxunicode + 1) if not 0xD800 <= code < 0xE000]
     refused = {letter for letter in every if is_control(letter)}

@@ -52,6 +52,7 @@ def test_every_job_once(make: Make, tmp_path: Path) -> None:
     assert len(list(tmp_path.iterdir())) == 40
 
 
+@pytest.mark.slow_cases("dask")
 @pytest.mark.parametrize("make", backends()[1:])
 def test_a_worker_that_dies_takes_nothing_with_it(make: Make, tmp_path: Path) -> None:
     jobs = [Job(number, tmp_path, deaths=1 if number == 3 else 0) for number in range(30)]
@@ -107,6 +108,7 @@ if __name__ == "__main__":
 """
 
 
+@pytest.mark.slow
 def test_workers_go_when_the_process_that_wants_them_is_killed(tmp_path: Path) -> None:
     (tmp_path / "main.py").write_text(MAIN)
     (tmp_path / "workers").mkdir()
@@ -129,6 +131,7 @@ escort_mj.sweep(study, "out", workers=2)
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "script",
     [

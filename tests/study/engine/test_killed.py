@@ -55,6 +55,7 @@ def recorded(folder: Path) -> float:
     return float(stored.trace["time"][-1])
 
 
+@pytest.mark.slow
 def test_a_check_keeps_what_a_killed_run_recorded_and_goes_on(killer: Any, tmp_path: Path) -> None:
     main = scenarios_folder() / "main.yaml"
     long = Case(main, "long", overrides=("duration=20000", "expect=[]"))

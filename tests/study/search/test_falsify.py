@@ -41,6 +41,7 @@ def design(folder: Path, text: str = STUDY) -> Design:
     return Design(load_study(folder / "study.yaml"), scenarios_folder())
 
 
+@pytest.mark.slow_cases("cmaes")
 @pytest.mark.parametrize("method", ["cmaes", pytest.param("random", marks=pytest.mark.slow)])
 def test_a_planted_failure_is_found_and_shrunk(tmp_path, compiled, method):
     laid_out = design(tmp_path, STUDY + f"  method: {method}\n")

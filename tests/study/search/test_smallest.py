@@ -30,6 +30,7 @@ def crowd(tmp_path: Path) -> Path:
     return tmp_path / "crowd.yaml"
 
 
+@pytest.mark.slow
 def test_a_run_folder_is_shrunk_as_it_is(command, crowd: Path, tmp_path: Path) -> None:  # noqa: F811
     assert command("check", "crowd.yaml", "--no-video", "--workers", "1")[0] == 1
     code, out, _ = command("shrink", "renders/check/crowd", "--json")

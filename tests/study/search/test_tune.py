@@ -83,6 +83,7 @@ def test_one_objective(tmp_path, compiled):
     assert picture.stat().st_size > 10_000
 
 
+@pytest.mark.slow
 def test_constraints_bind(tmp_path, compiled):
     bounds = "  bounds: [{metric: force_rms, at_most_own: 1}, {metric: chattering, at_most: 150}]\n"
     found = tune_design(design(tmp_path, STUDY + bounds), tmp_path / "out", here)

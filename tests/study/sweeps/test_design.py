@@ -99,6 +99,7 @@ def test_points_that_are_not_paired_have_values_and_seeds_of_their_own(tmp_path:
     assert {run.seed for run in paired.runs()} == {1, 2}
 
 
+@pytest.mark.slow
 def test_the_safety_study_draws_what_it_says() -> None:
     """A mission of each case is possible; together they have 2 to 60 robots, plane and space, most kinds."""
     path = scenarios_folder() / "studies" / "safety.yaml"

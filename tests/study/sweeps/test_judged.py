@@ -114,6 +114,7 @@ def test_a_claim_without_a_bound_is_that_runs_complete() -> None:
     assert one.answers["some"] == Answer(False, "plane, b diverged: far away")
 
 
+@pytest.mark.slow
 def test_kept_runs_are_drawn_side_by_side_and_claims_written(tmp_path: Path, compiled: None) -> None:
     study = STUDY | {
         "cases": {"plane": {"scenario": "paper/case1_2d", "duration": 1}},

@@ -66,6 +66,7 @@ def test_the_bootstrap_is_the_same_every_time_and_near_the_normal_interval() -> 
     assert found == pytest.approx((values.mean() - half, values.mean() + half), abs=0.1 * half)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("n", [10, pytest.param(40, marks=pytest.mark.slow)])
 def test_intervals_of_normal_values_cover_the_mean_as_often_as_theory_says(n: int) -> None:
     # It is nearly mean +- 1.96 s / sqrt(n), s with divisor n: Student's t knows how often that covers.

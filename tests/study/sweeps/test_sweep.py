@@ -209,6 +209,7 @@ def whole(compiled: None, tmp_path_factory: pytest.TempPathFactory) -> bytes:
     return (folder / "out" / "runs.csv").read_bytes()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("times", [1, pytest.param(2, marks=pytest.mark.slow)])
 def test_killed_and_begun_again_nothing_is_lost_or_doubled(tmp_path: Path, whole: bytes, times: int) -> None:
     design(tmp_path, MANY)

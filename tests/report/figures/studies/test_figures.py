@@ -83,6 +83,7 @@ SLOW = [
 ]
 
 
+@pytest.mark.slow_cases("drawn")
 @pytest.mark.parametrize("shape", ["cases", "drawn", "one_cell", "uneven_masses", *SLOW])
 def test_every_figure_that_a_study_has_data_for(shape: str, tmp_path: Path, unreadable: list[str]) -> None:
     drawn = draw_study(results(tmp_path, SHAPES[shape]), tmp_path, formats=("png",))
@@ -130,6 +131,7 @@ def test_another_factor_may_be_told_apart(tmp_path: Path) -> None:
     assert {"curves_robots_force_limit", "tradeoff"} < {one.path.stem for one in drawn}
 
 
+@pytest.mark.slow
 def test_the_same_study_gives_the_same_files(tmp_path: Path) -> None:
     found = results(tmp_path, SHAPES["one_cell"], plant)
     first = [one.path.read_bytes() for one in draw_study(found, tmp_path)]
