@@ -229,7 +229,7 @@ def validate_command(paths: Texts, overrides: Overrides = (), plugins: Texts = (
 
 
 def _is_study(path: str) -> bool:
-    """Whether a path is a study's, by its name or its first key."""
+    """Whether a path is a study's, by its name or the keys that only studies have."""
     if path in study_names(scenarios_folder()):
         return True
     file = Path(path)
@@ -237,7 +237,7 @@ def _is_study(path: str) -> bool:
         text = file.read_text(encoding="utf-8") if file.is_file() else ""
     except (OSError, ValueError):
         return False
-    return any(line.startswith("study:") for line in text.splitlines())
+    return any(line.startswith(("study:", "scenario:")) for line in text.splitlines())
 
 
 def _scenario(case: Case, overrides: Overrides, plugins: Texts) -> Read:

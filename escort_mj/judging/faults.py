@@ -60,7 +60,7 @@ def _track_faults(log: Log) -> Iterator[str]:
     for track in log.tracks.values():
         for fault in track.faults():
             words = fault.partition(": ")[2]
-            if not words.startswith("time is not ascending") or words not in told:
+            if not words.startswith("time") or words not in told:
                 yield fault
             told.add(words)
 
@@ -84,7 +84,9 @@ def _time_faults(log: Log, scenario: Scenario, start: float | None) -> Iterator[
         if gap.start < begun < gap.end:
             words = f"{in_words(gap.bodies)} from {gap.start:.16g} to {gap.end:.16g} s"
             yield f"--start {begun:.16g}: the log has no position of {words}"
-    if length < scenario.physics.timestep:
+    if start is not None and begun > float(last.time[-1]):
+        yield f"--start {begun:.16g}: {last.name} is logged up to {last.time[-1]:.16g} s"
+    elif length < scenario.physics.timestep:
         words = (
             f"{first.name} is logged from {first.time[0]:.16g} s on, {last.name} up to {last.time[-1]:.16g} s"
         )

@@ -57,8 +57,8 @@ class Track:
         if len(self.time) < 2:
             yield f"{self._place}: {len(self.time)} complete rows; expected at least 2"
             return
-        if not np.isfinite(self.time).all():
-            yield f"{self._place}: a time stamp is not a finite number"
+        if not (finite := np.isfinite(self.time)).all():
+            yield f"{self._place}: time stamp {np.argmin(finite) + 1} is not a finite number"
             return
         if not self.ascends:
             steps = np.diff(self.time)

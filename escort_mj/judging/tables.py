@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -112,11 +112,7 @@ def _wide(path: Path, table: pandas.DataFrame, wanted: Wanted) -> Log:
             unknown.setdefault(body, column)
         else:
             ignored.append(column)
-    faults = [
-        f"column {column}: {body} is not a robot of the scenario, its target or a moving obstacle"
-        f"{did_you_mean(body, called) or f'; allowed are {listed(list(called))}'}"
-        for body, column in unknown.items()
-    ]
+    faults = [f"column {column}: {_stranger(body, called, wanted)}" for body, column in unknown.items()]
     faults += twice
     tracks: dict[str, Track] = {}
     for name, quantities in places.items():
@@ -146,12 +142,19 @@ def _wide(path: Path, table: pandas.DataFrame, wanted: Wanted) -> Log:
     return Log(path, tracks, more, tuple(ignored), tuple(faults))
 
 
+def _stranger(label: str, called: Mapping[str, str], wanted: Wanted) -> str:
+    """What is wrong with a name that no body has in a log."""
+    if label in wanted.names:
+        return f"{label} is called {wanted.names[label]} in the log, as told"
+    hint = did_you_mean(label, called) or f"; allowed are {listed(list(called))}"
+    return f"{label} is not a robot of the scenario, its target or a moving obstacle{hint}"
+
+
 def _long(path: Path, table: pandas.DataFrame, wanted: Wanted) -> Log:
     """One row per time and body: columns time, name, x, y, as robots log by themselves."""
     called = {wanted.names.get(name, name): name for name in wanted.bodies}
     faults = [
-        f"column name: {shortened(label)} is not a robot of the scenario, its target or a moving obstacle"
-        f"{did_you_mean(str(label), called) or f'; allowed are {listed(list(called))}'}"
+        f"column name: {_stranger(shortened(label), called, wanted)}"
         for label in dict.fromkeys(table[NAME].dropna())
         if label not in called
     ]

@@ -49,17 +49,18 @@ def parse_key_path(text: str) -> Path | None:
 
 def did_you_mean(word: str, names: Iterable[str], cutoff: float = 0.55) -> str:
     """`; did you mean "x"?` with the allowed name most like the word, or nothing if none is like it."""
-    near = _nearest(word, names, cutoff)
+    near = nearest(word, names, cutoff)
     return f'; did you mean "{near}"?' if near else ""
 
 
 def instead(wanted: str, names: Iterable[str]) -> str:
     """`; found "x"` with the name most like one that is missing, or nothing if none is like it."""
-    near = _nearest(wanted, names, 0.55)
+    near = nearest(wanted, names)
     return f'; found "{near}"' if near else ""
 
 
-def _nearest(word: str, names: Iterable[str], cutoff: float) -> str:
+def nearest(word: str, names: Iterable[str], cutoff: float = 0.55) -> str:
+    """Return the name most like a word; empty if none is like it."""
     by_lower = {name.lower(): name for name in names if name != word}
     asked = word.lower()[:80]
 
@@ -94,7 +95,7 @@ def shown(value: Any) -> str:
     if isinstance(value, float) and value != value:
         return "NaN (not a number)"
     if isinstance(value, float) and value in (float("inf"), float("-inf")):
-        return "infinity"
+        return "infinity" if value > 0.0 else "-infinity"
     if isinstance(value, str):
         text = "".join(char if char.isprintable() else "?" for char in value[:60])
         quote = "'" if '"' in text else '"'

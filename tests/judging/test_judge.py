@@ -255,7 +255,7 @@ FAULTS = {
     "km/h": (lambda t: t.assign(**{"robot_1.vx": 100.0, "robot_1.vy": 0.0}), "velocities in m/s"),
     "no end": (
         lambda t: t.assign(time=t.time.where(t.time < t.time.max(), np.inf)),
-        "robot_1: a time stamp is not a finite number",
+        "robot_1: time stamp 152 is not a finite number",
     ),
     "other unit": (
         lambda t: t.rename(columns={"robot_1.x": "robot_1.x [km]"}),

@@ -36,3 +36,12 @@ def test_a_name_of_thousands_of_letters(tmp_path: Path) -> None:
     with pytest.raises(ScenarioError, match=f"scenario: found {'x' * 200}... .1000") as caught:
         Design(load_study(tmp_path / "study.yaml"), scenarios_folder())
     assert len(str(caught.value)) < 1000
+
+
+def test_one_mistake_is_one_fault_whatever_is_drawn(tmp_path: Path) -> None:
+    text = "study: x\nscenario: main\nparameters: {m: 1}\nset: {uncertainty.disturbance: ['{m}*t']}\n"
+    text += "sample: {method: random, count: 30, over: {m: {low: 0, high: 1}}}\n"
+    (tmp_path / "study.yaml").write_text(text)
+    with pytest.raises(ScenarioError, match="found 1 numbers; expected 2") as caught:
+        Design(load_study(tmp_path / "study.yaml"), scenarios_folder())
+    assert len(caught.value.faults) == 1

@@ -145,7 +145,8 @@ RELATIONS: tuple[tuple[Check, tuple[str, ...]], ...] = (
     (check_sides, ("expect", "axes", "robots", *AROUND)),
     (check_obstacle_names, ("axes", *AROUND)),
     (check_behaviors, ("mission",)),
-    (check_fits, ("axes", "robots", "mission")),  # other parts that are wrong hold defaults
+    # Other parts that are wrong hold defaults.
+    (check_fits, ("axes", "robots", "mission", "communication", "knowledge")),
     (check_trigger, ("mission",)),
     (check_guards, ("mission", "opponents")),
     (check_leaders, ("axes", "seed", "target", "robots", *AROUND)),

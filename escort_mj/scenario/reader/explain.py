@@ -10,7 +10,8 @@ from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
 from escort_mj.expectations import Expectation
-from escort_mj.scenario.findings import Finding, Path, did_you_mean, listed, shown
+from escort_mj.laws.gains import LAWS_WITH_A_RULE
+from escort_mj.scenario.findings import Finding, Path, did_you_mean, instead, listed, shown
 from escort_mj.scenario.kinds import TABLES
 from escort_mj.scenario.reader.catalog import catalog_of
 from escort_mj.scenario.reader.files.paths import Location, locate, member_name
@@ -19,12 +20,23 @@ from escort_mj.scenario.schema.robots import RobotOverride
 from escort_mj.scenario.schema.scenario import Scenario
 
 OF_ONE_ROBOT = {(key,) for key in RobotOverride.model_fields}
+OF_NAMES = ("union_tag_invalid", "kind", "literal_error")  # errors of names that plugins may bring
 MOST_EXPLAINED = 100  # faults of a table; of the others it is said how many there are
 
 
-def findings_of(error: ValidationError, data: Any, root: type[BaseModel] = Scenario) -> list[Finding]:
-    """What pydantic found wrong with plain data that was to become a scenario, or another kind of table."""
+def findings_of(
+    error: ValidationError, data: Any, root: type[BaseModel] = Scenario, known: bool = True
+) -> list[Finding]:
+    """What pydantic found wrong with plain data that was to become a scenario, or another kind of table.
+
+    Args:
+        error: What pydantic raised.
+        data: The plain data.
+        root: The type that it was to have.
+        known: Whether all components are known; else none is called unknown.
+    """
     every = [details for details in error.errors(include_url=False) if not _is_echo(details)]
+    every = [details for details in every if known or details["type"] not in OF_NAMES]
     found = [_finding(details, data, root) for details in every[:MOST_EXPLAINED]]
     rest = Counter(details["loc"][:1] for details in every[MOST_EXPLAINED:])
     return found + [
@@ -51,6 +63,9 @@ def _finding(details: ErrorDetails, data: Any, root: type[BaseModel]) -> Finding
         return _wrong_tag(path, context, data)
     if kind == "literal_error":
         return Finding(path, _wrong_choice(path, found, context["expected"]))
+    if isinstance(found, list | tuple) and (bound := context.get("ge", context.get("le"))) is not None:
+        place = next(k for k, x in enumerate(found) if isinstance(x, float) and abs(x) > abs(bound))
+        path, found = (*path, place), found[place]
     message = _wrong_value(kind, found, context, details["msg"])
     if path[:1] == ("robots",) and path[1:] in OF_ONE_ROBOT and isinstance(found, list | tuple):
         message += "; overrides give single robots values of their own"
@@ -74,6 +89,8 @@ def _unknown_key(location: Location) -> Finding:
         names = list(location.holder.model_fields)
         name = member_name(location.holder)
         owner = f" of {name}" if name else ""
+        if name in LAWS_WITH_A_RULE:
+            names.append("gains")  # read before pydantic reads the others
     message = f"is not a key{owner}; allowed are {listed(names)}" + did_you_mean(
         str(location.path[-1]), names
     )
@@ -90,7 +107,7 @@ def _wrong_tag(path: Path, context: dict[str, Any], data: Any) -> Finding:
     tag = str(context["discriminator"]).strip("'")
     held = _value_at(data, path)
     if "tag" not in context:
-        return Finding((*path, tag), f"is missing: which {tag} this is")
+        return Finding((*path, tag), f"is missing: which {tag} this is{instead(tag, held or ())}")
     names = [name.strip(" '") for name in context["expected_tags"].split(",")]
     where = (*path, tag) if isinstance(held, dict) else path
     found = str(context["tag"])
@@ -135,10 +152,10 @@ _WANTED: dict[str, Callable[[dict[str, Any]], str]] = {
     "tuple_type": lambda _: "a list",
     "model_type": lambda _: "a table of keys",
     "model_attributes_type": lambda _: "a name or a table of keys",
-    "greater_than": lambda c: f"more than {c['gt']:g}",
-    "greater_than_equal": lambda c: f"at least {c['ge']:g}",
-    "less_than": lambda c: f"less than {c['lt']:g}",
-    "less_than_equal": lambda c: f"at most {c['le']:g}",
+    "greater_than": lambda c: f"more than {_bound(c['gt'])}",
+    "greater_than_equal": lambda c: f"at least {_bound(c['ge'])}",
+    "less_than": lambda c: f"less than {_bound(c['lt'])}",
+    "less_than_equal": lambda c: f"at most {_bound(c['le'])}",
     "multiple_of": lambda c: f"a multiple of {c['multiple_of']}",
     "too_short": lambda c: f"at least {c['min_length']} items",
     "too_long": lambda c: f"at most {c['max_length']} items",
@@ -146,6 +163,10 @@ _WANTED: dict[str, Callable[[dict[str, Any]], str]] = {
     "string_too_long": lambda c: f"at most {c['max_length']} characters",
     "string_pattern_mismatch": lambda c: PATTERNS.get(c["pattern"], f"text such as {c['pattern']}"),
 }
+
+
+def _bound(number: float) -> str:
+    return f"{number:g}" if float(f"{number:g}") == number else str(number)
 
 
 def _wrong_value(kind: str, found: Any, context: dict[str, Any], message: str) -> str:

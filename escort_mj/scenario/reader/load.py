@@ -18,7 +18,7 @@ from escort_mj.errors import Fault, PluginError, ScenarioError, UsageError
 from escort_mj.plugin_calls import Trespass, blamed, confined
 from escort_mj.scenario.arguments import Overrides
 from escort_mj.scenario.checks import whole as checks
-from escort_mj.scenario.findings import Finding, Path, did_you_mean, key_path, shortened, shown
+from escort_mj.scenario.findings import Finding, Path, did_you_mean, key_path, nearest, shortened, shown
 from escort_mj.scenario.reader import explain
 from escort_mj.scenario.reader.catalog import catalog_of, resolve_plugins
 from escort_mj.scenario.reader.document import Document, Place, line_and_column, read_document
@@ -210,6 +210,7 @@ def _scenario(
         kind, findings = resolve_plugins(data, FilePath(source).parent)
     data, unknown_robots = (data, rootless) if rootless else read_robots(data, roots)
     data, auto, unknown = without_gains(data)
+    known = not findings
     findings += unknown_robots
     scenario = None
     if not findings:
@@ -228,7 +229,8 @@ def _scenario(
             scenario, findings = _checked(data, kind)
         findings = findings + unknown
     elif not rootless:
-        findings += unread
+        findings += wrong
+        findings += _by_themselves(data, kind, findings, known)
     findings = [_of_scenery(finding, data, origins) for finding in findings]
     faults = [
         _fault(finding.message, key_path(finding.path), _place(document, finding))
@@ -327,6 +329,7 @@ def _checked(data: dict[str, Any], kind: type[Scenario]) -> tuple[Scenario | Non
     paths = {finding.path for finding in found}
     rest = {key: value for key, value in data.items() if (key,) not in paths}
     wrong = {str(finding.path[0]) for finding in found}
+    wrong |= {nearest(key, kind.model_fields) for key in wrong - kind.model_fields.keys()}  # what was meant
     if "scenery" in wrong:
         wrong.add("obstacles")  # some of them are not known
     if isinstance(rest.get("expect"), list):  # expectations do not depend on each other
@@ -335,6 +338,25 @@ def _checked(data: dict[str, Any], kind: type[Scenario]) -> tuple[Scenario | Non
         wrong.discard("expect")
     rest = {key: value for key, value in rest.items() if key not in wrong}
     return None, found + checks.findings_between_keys(_validated(rest, kind), wrong)
+
+
+def _by_themselves(
+    data: dict[str, Any], kind: type[Scenario], unread: list[Finding], known: bool
+) -> list[Finding]:
+    """What is wrong with single values, where others depend on files that could not be read.
+
+    Args:
+        data: The plain data.
+        kind: The type of scenario, as far as it is known.
+        unread: What is wrong with these files.
+        known: Whether all components are known: where a plugin is missing, none can be called unknown.
+    """
+    try:
+        _validated(data, kind)
+    except ValidationError as error:
+        found = explain.findings_of(error, data, kind, known)
+        return [each for each in found if not any(each.path[: len(one.path)] == one.path for one in unread)]
+    return []
 
 
 def _validated(data: dict[str, Any], kind: type[Scenario]) -> Scenario:

@@ -16,8 +16,10 @@ from escort_mj.scenario.findings import (
     Finding,
     Path,
     did_you_mean,
+    instead,
     key_path,
     listed,
+    nearest,
     parse_key_path,
     shortened,
     shown,
@@ -311,7 +313,9 @@ def load_study(given: str | os.PathLike[str] | Mapping[str, Any], overrides: Seq
         document = read_document(text, source)
     if not is_study(document):
         message = "is no study: a study names itself with the key study, and its scenario with scenario"
-        raise ScenarioError([Fault(message, source=source)])
+        near = nearest("study", document.data if isinstance(document.data, dict) else ())
+        message += instead("study", [near])
+        raise ScenarioError([_fault(document, (near,) if near else (), message, at_key=True)])
     if overrides:
         _override(document, overrides)
         text = _written(document.data)
@@ -484,6 +488,8 @@ def _key_findings(study: Study) -> Iterator[Finding]:
             yield Finding(path, "is no key path of a scenario, such as robots.mass", at_key=True)
         elif key in ("name", "version") or (key == "seed" and path[0] != "falsify"):
             yield Finding(path, f"{key} cannot be varied; seeds and first_seed say which", at_key=True)
+        elif key == "seed" and study.falsify is not None and not study.falsify.over[key].whole:
+            yield Finding(path, "a seed is a whole number; add whole: true")
         elif path[0] in ("vary", "sample") and key in seen and seen[key][:2] != path[:2]:
             yield Finding(path, f"is given in {key_path(seen[key][:-1])} too", at_key=True)
         if not searched:

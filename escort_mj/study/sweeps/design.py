@@ -186,16 +186,19 @@ class Design:
 
     def _cell_faults(self) -> Iterator[Fault]:
         """What is wrong with cells, each tried with its first seed."""
-        self._shortest, found = math.inf, set[Fault]()
+        self._shortest, told, wrong = math.inf, set[tuple[object, ...]](), 0
         for cell in self.cells:
             try:
                 tried = self.scenario(cell, self.seeds[0] + self._apart(cell))
                 self._shortest = min(self._shortest, tried.duration)
             except ScenarioError as error:
-                faults = [self._placed(fault, cell) for fault in error.faults]
-                found |= {*faults}
-                yield from faults
-            if len(found) > MOST_FAULTS:
+                wrong += 1
+                for fault, placed in ((fault, self._placed(fault, cell)) for fault in error.faults):
+                    its = placed.line, placed.column, fault.key, fault.message
+                    if its not in told:  # other values may bring the same about
+                        yield placed
+                    told.add(its)
+            if wrong > MOST_FAULTS:
                 break
 
     def measured(self) -> tuple[Measured, ...]:
@@ -314,7 +317,7 @@ class Design:
                 where = _place_of(key, cell, self.file)
                 value = cell.settings[key]
                 words = f"with {key} = {_short(value)}: {fault.key}: {fault.message}"
-                placed = self.file.fault(words, *where)
+                placed = self.file.fault(words, *where, *at[len(path) :])
                 if self.file.is_overridden(*where):  # its place says already what is set
                     placed = replace(placed, key=fault.key or key, message=fault.message)
                 return placed
@@ -349,7 +352,7 @@ def sources_digest() -> str:
 
 
 def _short(value: Any) -> str:
-    text = f"{value:g}" if isinstance(value, float) else str(value)
+    text = f"{value:g}" if isinstance(value, float) else flow(value)
     return text if len(text) <= 60 else text[:57] + "..."
 
 

@@ -192,3 +192,17 @@ def test_a_folder_of_that_name_hides_no_shipped_scenario(
     assert load_scenario("head_on").name == "head_on" and study_path("studies/minute").is_file()
     with pytest.raises(UsageError, match="other: this is not a file"):
         load_scenario("other")
+
+
+@pytest.mark.parametrize(
+    "file", ["plugins: [nope.py]", "robots: {masss: 2, kind: {kind: mjcf, file: nope.xml}}"]
+)
+def test_a_file_that_is_missing_hides_no_other_fault(tmp_path: Path, file: str) -> None:
+    (path := tmp_path / "s.yaml").write_text(
+        f"duration: -1\nmission: {{radius: -3}}\ncontroller: own\n{file}\n" + "target: {waypoints: no.csv}\n"
+    )
+    with pytest.raises(ScenarioError) as caught:
+        load_file(path)
+    lines = [fault.line for fault in caught.value.faults]
+    own = [3] * ("robots" in file)  # a missing plugin may bring the law
+    assert lines == [1, 2, *own, *[4] * (1 + len(own)), 5]

@@ -22,12 +22,12 @@ def test_all_faults_at_once_with_their_keys() -> None:
         expect=[{"metric": "contacts"}],
         robots={"count": 1},
         mission={"behaviors": ["chords"]},
-        durration=3,
+        descripton="x",
     )
     assert [fault.partition(":")[0] for fault in found] == [
-        *("durration", "recording.rate", "expect[0]", "mission.behaviors[0]")
+        *("descripton", "recording.rate", "expect[0]", "mission.behaviors[0]")
     ]
-    assert 'did you mean "duration"?' in found[0]
+    assert 'did you mean "description"?' in found[0]
 
 
 @pytest.mark.parametrize(
