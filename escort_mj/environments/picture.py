@@ -18,7 +18,7 @@ RenderMode = Literal["rgb_array"]
 
 
 class Camera:
-    """Draws a simulation as it goes, through its scenario's `video.camera`."""
+    """Draws a simulation as it goes, through the camera of its scenario's `video`."""
 
     def __init__(self, simulation: Simulation, size: Size = SIZE) -> None:
         """Prepare; the child process starts with the first picture.
@@ -49,8 +49,7 @@ class Camera:
                     world.xml,
                     world.sizes,
                     facts_of(scenario, world),
-                    scenario.video.camera,
-                    scenario.video.robot - 1,
+                    scenario.video,
                     world.assets,
                 )
             )

@@ -81,6 +81,25 @@ def test_cameras_missions_in_more_axes_and_frames_left_out(name: str, shown: str
     assert (first != last).any()
 
 
+@needs_gl
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["main", "main_3d"])
+@pytest.mark.parametrize("shown", ["overview", "top"])
+def test_the_camera_stands_where_the_video_has_it(name: str, shown: str) -> None:
+    painter, pictures = Camera(Simulation(load_scenario(name, SHORT)), (160, 90))._painter, []
+    target = [0.0, 0.0, 0.3] if name == "main" else [0.0, 0.0, 0.0]
+    for chosen in ({}, {"azimuth": 90.0}, {"azimuth": 0.0}, {"look_at": target, "distance": 2.0}):
+        keys = {f"video.{key}": value for key, value in {"camera": shown, **chosen}.items()}
+        camera = Camera(Simulation(load_scenario(name, SHORT | keys)), (160, 90))
+        camera._painter = painter
+        camera._simulation.reset()
+        pictures.append(camera.picture().astype(float))
+    painter.close()
+    plain, same, turned, near = pictures
+    assert abs(plain - same).mean() < 2.0 < abs(plain - turned).mean()  # by default they look along +y
+    assert near[43:48, 78:83].mean() < 60.0 < near.mean()  # the target, which is black
+
+
 def test_what_cannot_be_drawn(monkeypatch: pytest.MonkeyPatch) -> None:
     from escort_mj.environments.single import EscortEnv
 

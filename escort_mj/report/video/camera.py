@@ -7,13 +7,16 @@ free camera.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
-from typing import Literal, NamedTuple
+from dataclasses import dataclass, fields, replace
+from typing import TYPE_CHECKING, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.report.video.replay import Replay
+
+if TYPE_CHECKING:
+    from escort_mj.scenario.schema.scenario import Video
 
 Array = NDArray[np.float64]
 
@@ -142,6 +145,16 @@ class Viewpoint(NamedTuple):
     distance: float | None = None
     robot: int = 0
     look_at: tuple[float, ...] | None = None
+
+    @classmethod
+    def of(cls, video: Video) -> Viewpoint:
+        """Return where a scenario has the camera."""
+        return cls(video.azimuth, video.elevation, video.distance, video.robot - 1, video.look_at)
+
+    def chosen(self, view: View) -> View:
+        """Return a view with what of it the user says."""
+        said = {field.name: getattr(self, field.name) for field in fields(View)}
+        return replace(view, **{name: value for name, value in said.items() if value is not None})
 
 
 def plan_shot(

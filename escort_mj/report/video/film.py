@@ -75,7 +75,7 @@ class Film:
         self._data = mujoco.MjData(model)
         self._glow = GLOW * video.speed
         self._aspect = video.width / video.height
-        stand = Viewpoint(video.azimuth, video.elevation, video.distance, video.robot - 1, video.look_at)
+        stand = Viewpoint.of(video)
         angle = model.vis.global_.fovy
         self._trail = TRAIL * video.speed
         self._overlay = Overlay(title, video.speed, replay.count, self.size)

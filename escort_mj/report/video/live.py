@@ -26,7 +26,8 @@ from escort_mj.report.video.video import drawing_environment
 from escort_mj.signals import TIME, record_size
 
 if TYPE_CHECKING:
-    from escort_mj.report.video.camera import CameraName
+    from escort_mj.report.video.camera import View, Viewpoint
+    from escort_mj.scenario.schema.scenario import Video
 
 Array = NDArray[np.float64]
 Picture = NDArray[np.uint8]
@@ -42,16 +43,14 @@ class Subject(NamedTuple):
         xml: The model, as text.
         sizes: Size of each dimension of a sample.
         labels: See `record`.
-        camera: `overview`, `follow`, `top` or `robot`.
-        robot: That the camera `robot` goes behind, from 0.
+        video: The scenario's, whose camera it is seen through.
         assets: Files that the model names.
     """
 
     xml: str
     sizes: dict[str, int]
     labels: dict[str, Any]
-    camera: CameraName
-    robot: int
+    video: Video
     assets: Mapping[str, bytes] = {}
 
 
@@ -152,6 +151,7 @@ class _MissionPicture:
         self._model = mujoco.MjModel.from_xml_string(subject.xml, dict(subject.assets))
         prepare(self._model, *size, subject.sizes["robot"])
         self._data = mujoco.MjData(self._model)
+        self._extent = float(self._model.stat.extent)
         self._renderer = mujoco.Renderer(self._model, height, self._width, MOST_MARKS)
         self._samples: Array = np.zeros((0, record_size(subject.sizes)))
 
@@ -171,16 +171,29 @@ class _MissionPicture:
         moment = replay.at(replay.end)
         pose(self._model, self._data, moment.qpos, moment.target)
         mujoco.mj_camlight(self._model, self._data)
-        camera: Any = CAMERAS.get(self._subject.camera)
+        stand, name = Viewpoint.of(self._subject.video), self._subject.video.camera
+        camera: Any = CAMERAS.get(name)
         if camera is None:
-            angle, behind = self._model.vis.global_.fovy, Viewpoint(robot=self._subject.robot)
-            shot = plan_shot(replay, self._subject.camera, angle, 1.0, 1.0, behind)
+            shot = plan_shot(replay, name, self._model.vis.global_.fovy, 1.0, 1.0, stand)
             camera = free_camera(shot.view(replay.end))
-            self._model.stat.extent = camera.distance
+        elif stand != Viewpoint(robot=stand.robot):
+            camera = free_camera(self._view(camera, stand, moment.robots.mean(axis=0)))
+        self._model.stat.extent = getattr(camera, "distance", self._extent)
         self._renderer.update_scene(self._data, camera, in_space())
         halos = replay.lately(moment, GLOW)
         draw_marks(self._renderer.scene, replay, moment, TRAIL, halos, self._width)
         return np.asarray(self._renderer.render())
+
+    def _view(self, camera: str, stand: Viewpoint, robots: Array) -> View:
+        """One of the model's cameras, which looks past the middle of the robots, as the user has it stand."""
+        from escort_mj.report.video.camera import View
+
+        seen = self._data.camera(camera)
+        _, up, back = seen.xmat.reshape(3, 3).T
+        distance = float((seen.xpos - robots) @ back)
+        ahead = up if back[2] > 0.999 else -back  # looking down, what is at the top of the picture
+        azimuth, elevation = np.degrees((np.arctan2(ahead[1], ahead[0]), np.arcsin(-back[2])))
+        return stand.chosen(View(seen.xpos - distance * back, distance, float(azimuth), float(elevation)))
 
     def close(self) -> None:
         """Free the renderer."""
