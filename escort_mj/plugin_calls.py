@@ -21,7 +21,7 @@ import time
 import traceback
 import warnings
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from functools import partial
 from threading import get_ident
 from time import monotonic
@@ -132,10 +132,24 @@ def blamed(error: BaseException) -> str:
 def _told(error: BaseException, code: CodeType) -> str:
     file, line = code.co_filename, code.co_firstlineno
     lines = [frame.lineno for frame in traceback.extract_tb(error.__traceback__) if frame.filename == file]
-    words = " ".join(f"{type(error).__name__}: {error}".split()).removesuffix(":").removeprefix("Trespass: ")
+    words = " ".join(f"{type(error).__name__}: {text_of(error, file)}".split()).removesuffix(":")
     if isinstance(error, AttributeError) and "can't set attribute" in words:
         words += "; arrays are written in place, as in robots.wish_velocity[:] = ..."
-    return f"{file}:{lines[-1] if lines else line}: {words}"
+    return f"{file}:{lines[-1] if lines else line}: {words.removeprefix('Trespass: ')}"
+
+
+def text_of(error: object, file: str) -> str:
+    """Return the text of an error that a plugin raised; empty where it cannot be had.
+
+    Args:
+        error: Its methods may be the plugin's own.
+        file: The plugin's.
+    """
+    text, call = "", begin(None, file)
+    with suppress(BaseException):
+        text = str(error)
+    end(call)
+    return text
 
 
 @contextmanager
@@ -275,9 +289,8 @@ def step(function: Callable[..., Any], first: bool, call: Callable[[], Any]) -> 
         error.args = (known.trespass,)
         raise
     finally:
-        known.is_under_way = (
-            False  # and is kept for the next step: a new one would take longer than some laws
-        )
+        # It is kept for the next step: a new one would take longer than some laws.
+        known.is_under_way = False
         if outer is not None:
             _calls[thread] = outer
         elif known.trespass:
@@ -366,14 +379,8 @@ def _warnings_are_errors() -> None:
     if first in known:
         return
     warnings.filterwarnings("error", module=MODULES)
-    for kind in (
-        DeprecationWarning,
-        PendingDeprecationWarning,
-        FutureWarning,
-        ImportWarning,
-        ResourceWarning,
-    ):
-        warnings.filterwarnings("default", category=kind, module=MODULES)
+    for one in (DeprecationWarning, PendingDeprecationWarning, FutureWarning, ImportWarning, ResourceWarning):
+        warnings.filterwarnings("default", category=one, module=MODULES)
 
 
 def _is_of_plugins(module: Any) -> bool:

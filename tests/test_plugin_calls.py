@@ -92,6 +92,7 @@ class TestMetrics:
             (KeyboardInterrupt(), "KeyboardInterrupt"),
             (GeneratorExit(), "GeneratorExit"),
             (type("Own", (BaseException,), {})("gone"), "Own: gone"),
+            (type("Own", (BaseException,), {"__str__": lambda _: sys.exit()})(), ": Own"),
         ],
         ids=repr,
     )

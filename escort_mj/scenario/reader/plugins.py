@@ -27,7 +27,7 @@ from escort_mj import stopping
 from escort_mj.components.equations import Equations
 from escort_mj.errors import PluginError
 from escort_mj.metrics.metric import metrics_of
-from escort_mj.plugin_calls import Trespass, confined
+from escort_mj.plugin_calls import Trespass, confined, text_of
 from escort_mj.robots import RobotKind
 from escort_mj.scenario.findings import did_you_mean, listed
 from escort_mj.scenario.kinds import TABLES, kind_of
@@ -274,14 +274,14 @@ class _messages:  # noqa: N801 - a context manager, used like a function
     def __exit__(self, kind: Any, error: BaseException | None, trace: Any) -> None:
         if error is None or (isinstance(error, KeyboardInterrupt) and stopping.is_users()):
             return
+        words = text_of(error, self._name).strip()
         if isinstance(error, PluginError):
-            words = str(error)
             raise PluginError(words if words.startswith(self._name) else f"{self._name}: {words}") from None
         if isinstance(error, SyntaxError):
             place = f"{error.filename or self._name}:{error.lineno or 0}:{error.offset or 0}"
-            raise PluginError(f"{place}: this is not Python: {error.msg}") from None
+            raise PluginError(f"{place}: this is not Python: {text_of(error.msg, self._name)}") from None
         frames = [frame for frame in traceback.extract_tb(trace) if frame.filename == self._name]
-        words = str(error).strip().partition("\n")[0]
+        words = words.partition("\n")[0]
         line = frames[-1].lineno if frames else _line_of(self._name, words)
         place = f"{self._name}:{line}" if line else self._name
         if isinstance(error, ImportError) and error.name and _beside(self._name, error.name):
