@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import zlib
 from collections.abc import Mapping, Sequence, Set
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +18,14 @@ MISSION, SUMS = "mission", "sums"  # what a snapshot is marked with: whose it is
 NUMBERS = ("q_d", "rho_hat", "v_d")  # whatever happens, these are numbers
 WORDS = frozenset({"name", "description", "plugins", "video"})
 """Keys that change nothing of how a mission goes."""
+
+
+class Uncopied:
+    """What is in memory that machine code finds by its address: a copy would step the original's."""
+
+    def __reduce__(self) -> NoReturn:
+        words = "cannot be copied or pickled; make another, and `restore` there what `snapshot` returns here"
+        raise UsageError(f"{type(self).__name__}: {words}")
 
 
 class Snapshot(dict[str, Any]):

@@ -16,7 +16,7 @@ from escort_mj.record.outcome import Outcome
 from escort_mj.scenario.arguments import Bound, argument_error, checked, number, numbers, whole_number
 from escort_mj.scenario.mission import Mission
 from escort_mj.scenario.schema.scenario import Scenario
-from escort_mj.snapshots import Snapshot, mission_mark
+from escort_mj.snapshots import Snapshot, Uncopied, mission_mark
 from escort_mj.world.model.build import World, build
 from escort_mj.world.plant import Plant
 from escort_mj.world.stages import IN_SPACE
@@ -40,7 +40,7 @@ class Push(NamedTuple):
     until: float
 
 
-class Session:
+class Session(Uncopied):
     """A mission under way: `stepped` advances it with the law on, and fleets as they are commanded.
 
     Attributes:

@@ -29,7 +29,7 @@ from escort_mj.scenario.mission import mission_of
 from escort_mj.scenario.reader.shipped import load_scenario
 from escort_mj.scenario.schema.scenario import Scenario
 from escort_mj.sensing.sensors import Sensors
-from escort_mj.snapshots import WORDS, Snapshot, checked_arrays, marked, mission_mark
+from escort_mj.snapshots import WORDS, Snapshot, Uncopied, checked_arrays, marked, mission_mark
 from escort_mj.standalone.backend import CONTROL_SIGNALS, Backend, Signals
 from escort_mj.standalone.clock import Clock
 from escort_mj.standalone.guard import Guard
@@ -52,7 +52,7 @@ def renamed(controller: object, *saved: object) -> NoReturn:
     raise UsageError("state: is now snapshot() and restore(snapshot), as of missions")
 
 
-class Controller:
+class Controller(Uncopied):
     """The controller of a scenario without the simulator, for robots outside the simulation.
 
     Each call takes the measurements at one time and returns the force for every robot. MuJoCo is
@@ -449,7 +449,7 @@ class Controller:
         return f"<Controller {self.scenario.name}: {robots}, {self.scenario.law_names}, {rate:g} Hz>"
 
 
-class RobotController:
+class RobotController(Uncopied):
     """The law as one robot computes it, with its own measurements and what it knows of its teammates.
 
     `Controller.robot` creates it. The robot computes the law of the whole team, as far as it knows the team,

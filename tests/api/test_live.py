@@ -1,5 +1,7 @@
 """Missions stepped from Python: plain runs if untouched; snapshots repeat bit for bit."""
 
+import copy
+
 import numpy as np
 import pytest
 
@@ -149,6 +151,7 @@ def test_watchers_see_each_sample_and_may_intervene() -> None:
             lambda m: m.restore(escort_mj.start("main", SHORT | {"duration": 2.0}).snapshot()),
             "snapshot: is that of another mission",
         ),
+        (copy.deepcopy, "LiveMission: cannot be copied or pickled; make another, and `restore` there"),
         (lambda m: m.on_sample(5), "watcher: found 5; expected a function"),
         (lambda m: m.move_target([1]), "position: found"),
         (lambda m: m.change({"robots.count": 6}), "the number of robot entries becomes 6; it is 5"),

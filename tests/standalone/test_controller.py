@@ -1,5 +1,6 @@
 """The controller without the simulator: the same law, bit for bit, and nothing wrong passes silently."""
 
+import copy
 import io
 import subprocess
 import sys
@@ -237,6 +238,8 @@ def test_wrong_options_are_refused() -> None:
         Controller("main").signals["taus"]
     with pytest.raises(UsageError, match="robot: found 6; expected a number from 1 to 5"):
         Controller("main").robot(6)
+    with pytest.raises(UsageError, match="RobotController: cannot be copied or pickled"):
+        copy.copy(Controller("main").robot(1))
 
 
 @pytest.mark.filterwarnings("error::RuntimeWarning")
