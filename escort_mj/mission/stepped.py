@@ -120,8 +120,8 @@ class SteppedMission(Session):
 
         Raises:
             ScenarioError: With all faults of the changed scenario.
-            UsageError: If what is recorded or simulated would have another size, such as with more robots, or
-                if the mission's samples would be others.
+            UsageError: If what is recorded or simulated would have another size, such as with more robots, if
+                the mission's samples would be others, or if its end would be past.
         """
         scenario = self.scenario.replace(changes, **more)
         world = self._build(scenario)
@@ -179,7 +179,7 @@ class SteppedMission(Session):
             plant.step(until - plant.steps)
 
     def _check_sizes(self, scenario: Scenario, world: World) -> None:
-        """Refuse a change after which samples or bodies are others."""
+        """Refuse a change after which samples or bodies are others, or the end is past."""
         for name in self.world.sizes | world.sizes:
             size, new_size = self.world.sizes.get(name, 0), world.sizes.get(name, 0)
             if new_size != size:
@@ -192,5 +192,8 @@ class SteppedMission(Session):
         if (old.stride, scenario.physics.timestep) != (new.stride, self.scenario.physics.timestep):
             raise UsageError("change: the timestep and the rate of recording stay as they are")
         done = self.plant.steps
+        if self.outcome is Outcome.RUNNING and done > new.last:
+            now = f"expected more than {self.time:g} s, where the mission is"
+            raise UsageError(f"change: the duration becomes {scenario.duration:g} s; {now}")
         if old.before(done) != new.before(done):
             raise UsageError("change: windows of expectations that have begun stay as they are")

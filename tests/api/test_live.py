@@ -155,6 +155,8 @@ def test_watchers_see_each_sample_and_may_intervene() -> None:
         (lambda m: m.on_sample(5), "watcher: found 5; expected a function"),
         (lambda m: m.move_target([1]), "position: found"),
         (lambda m: m.change({"robots.count": 6}), "the number of robot entries becomes 6; it is 5"),
+        (lambda m: m.step(0.3).change(duration=0.1), "duration becomes 0.1 s; expected more than 0.3 s"),
+        (lambda m: m.step(0.3).change(duration=0.3), "the duration becomes 0.3 s; expected more than 0.3 s"),
         (lambda m: m.change({"physics.timestep": 0.001}), "the timestep and the rate of recording"),
     ],
 )
