@@ -19,6 +19,7 @@ from escort_mj.errors import Fault, ScenarioError
 from escort_mj.expect.verdicts import judge_one
 from escort_mj.record.outcome import Verdict
 from escort_mj.scenario import Scenario
+from escort_mj.scenario.arguments import checked
 from escort_mj.scenario.checks.expectations import check_bounds, check_sides, check_windows
 from escort_mj.scenario.findings import key_path
 from escort_mj.scenario.mission import Mission
@@ -41,6 +42,7 @@ class VerdictError(AssertionError):
         super().__init__("\n".join(verdict.message for verdict in verdicts))
 
 
+@checked
 def assert_passed(run: Run) -> None:
     """Assert that every verdict of a run passes, including its outcome.
 
@@ -151,6 +153,7 @@ def assert_sane(run: Run, *checks: str) -> None:
     assert_expected(run, sanity=checks or "all")
 
 
+@checked
 def assert_expected(run: Run, **expectation: Any) -> Verdict:
     """Assert any expectation, with the same keys as in a scenario.
 
@@ -185,9 +188,7 @@ def _with(scenario: Scenario, expectation: dict[str, Any]) -> Scenario:
         found = explain.findings_of(error, data, type(scenario))
     else:
         mission = Mission(changed)
-        found = [
-            finding for check in (check_bounds, check_windows, check_sides) for finding in check(mission)
-        ]
+        found = [one for check in (check_bounds, check_windows, check_sides) for one in check(mission)]
         if not found:
             return changed
     faults = [Fault(f.message, key_path(f.path).removeprefix("expect[0]").removeprefix(".")) for f in found]

@@ -18,7 +18,7 @@ from escort_mj.mission import NOT_KEPT, Flight, save
 from escort_mj.record.folder import VIDEO, RunFolder, StoredRun
 from escort_mj.record.outcome import Outcome, Verdict
 from escort_mj.scenario import Scenario
-from escort_mj.scenario.arguments import Bound, NotNegative, Positive, checked
+from escort_mj.scenario.arguments import Bound, NotNegative, Positive, argument_error, checked
 from escort_mj.scenario.findings import did_you_mean
 from escort_mj.scenario.reader.load import stored_scenario
 
@@ -430,7 +430,9 @@ def table(
 
     rows: list[dict[str, Any]] = []
     units: dict[str, str] = {}
-    for run in runs:
+    for place, run in enumerate(runs):
+        if not isinstance(run, Run):  # of an iterator, which nobody looks through twice
+            raise argument_error(f"runs[{place}]", run, "a Run")
         row = run.summary(metrics, over=over, after=after, before=before)
         rows.append(dict(row))
         units |= row.attrs["units"]

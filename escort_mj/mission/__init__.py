@@ -136,9 +136,8 @@ def fly(
     written = Written(folder, scenario, world)
     with stopping.deferred():
         clock = time.perf_counter() - waited()
-        samples, episodes, outcome, message = _simulate(
-            plant, scenario, written, progress, room or Room(), interpret
-        )
+        told = _simulate(plant, scenario, written, progress, room or Room(), interpret)
+        samples, episodes, outcome, message = told
         wall = time.perf_counter() - waited() - clock
         if outcome is Outcome.INTERRUPTED and (written.folder is None or not len(samples)):
             raise KeyboardInterrupt(message)
@@ -306,9 +305,8 @@ def _simulate(
             if progress is not None:
                 progress(reached, scenario.duration)
     told = np.vstack([*episodes, plant.under_way()])
-    told = told[
-        told[:, START] <= (samples[done - 1, TIME] if done else -1.0)
-    ]  # interrupted between two samples
+    end = samples[done - 1, TIME] if done else -1.0  # maybe interrupted between two samples
+    told = told[told[:, START] <= end]
     return samples[:done], told, outcome, message or completed(samples[:done])
 
 

@@ -26,6 +26,16 @@ from escort_mj.world.model.build import World
 Array = NDArray[np.float64]
 
 
+class State(dict[str, Array]):
+    """Values of signals by name; another name is an error with the nearest one."""
+
+    def __missing__(self, name: object) -> Array:
+        if not isinstance(name, str):
+            raise argument_error("signal", name, "the name of a signal")
+        hint = did_you_mean(name, self) or f"; allowed are {', '.join(self)}"
+        raise UsageError(f"{name}: is not a signal of this mission{hint}")
+
+
 class SteppedMission(Session):
     """A mission under way, without `run`: see `LiveMission`, which `escort_mj.start` returns."""
 
@@ -42,13 +52,13 @@ class SteppedMission(Session):
         self._advance(1)
 
     @property
-    def state(self) -> dict[str, Array]:
+    def state(self) -> State:
         """Every signal at `time`, a copy by name: shapes, units and meanings as in a trace.
 
         `state["q"]` are the true positions, shape (n, p) [m]; `state["tau"]` the forces that the law demands,
         shape (n, p) [N]. The page on signals lists all.
         """
-        return {name: self[name] for name in self._names()}
+        return State((name, self[name]) for name in self._names())
 
     def __getitem__(self, name: str) -> Array:
         """Return one signal at `time`, a copy.
@@ -56,11 +66,8 @@ class SteppedMission(Session):
         Raises:
             UsageError: If there is no such signal.
         """
-        if not isinstance(name, str):
-            raise argument_error("signal", name, "the name of a signal")
-        if name not in (names := self._names()):
-            hint = did_you_mean(name, names) or f"; allowed are {', '.join(names)}"
-            raise UsageError(f"{name}: is not a signal of this mission{hint}")
+        if not isinstance(name, str) or name not in self._names():
+            return self.state.__missing__(name)
         if name in WATCHED:
             self.plant.fold_steps()
         values: Array = getattr(self.plant.state, name).copy()
@@ -100,9 +107,8 @@ class SteppedMission(Session):
             raise UsageError("there is no target to move (target: null)")
         p = self.scenario.axes
         here = numbers(position, "position", (p,), f"{p} coordinates [m]")
-        speed = (
-            np.zeros(p) if velocity is None else numbers(velocity, "velocity", (p,), f"{p} components [m/s]")
-        )
+        given = np.zeros(p) if velocity is None else velocity
+        speed = numbers(given, "velocity", (p,), f"{p} components [m/s]")
         now = self.time + self.scenario.physics.timestep  # when the next evaluation looks
         path = [f"{x!r} + {v!r}*(t - {now!r})" for x, v in zip(here.tolist(), speed.tolist(), strict=True)]
         self.change({"target.position": path, "target.waypoints": None})

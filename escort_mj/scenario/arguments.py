@@ -223,6 +223,7 @@ def checked(function: Callable[P, T]) -> Callable[P, T]:
 
     @functools.wraps(function)
     def call(*args: P.args, **kwargs: P.kwargs) -> T:
+        __tracebackhide__ = True
         try:
             given = signature.bind(*args, **kwargs).arguments
         except TypeError as error:

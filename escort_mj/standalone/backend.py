@@ -43,8 +43,8 @@ CONTROL_SIGNALS: dict[str, Signal] = {signal.name: signal for signal in SIGNALS 
 class Signals(dict[str, Any]):
     """Values of signals by their names in the trace."""
 
-    def __missing__(self, name: str) -> Any:
-        raise UsageError(f"{shown(name)} is not a signal of the controller{did_you_mean(name, self)}")
+    def __missing__(self, name: object) -> Any:
+        raise UsageError(f"{shown(name)} is not a signal of the controller{did_you_mean(str(name), self)}")
 
 
 class Backend:

@@ -89,11 +89,8 @@ class Area:
         if abs(x @ np.roll(y, -1) - y @ np.roll(x, -1)) <= 1e-9 * np.square(around).sum():
             raise argument_error("corners", corners, "corners in order around an area [m]")
         least = -np.inf if low is None else number(low, "low", "a height [m]")
-        most = (
-            np.inf
-            if high is None
-            else number(high, "high", "a height above low [m]", Bound(least, above=True))
-        )
+        bound = Bound(least, above=True)
+        most = np.inf if high is None else number(high, "high", "a height above low [m]", bound)
         return _Polygon(points, least, most)
 
     def beyond(self, places: Array) -> Array:
@@ -198,6 +195,8 @@ class Limits:
     rejoin: NotNegative = 0.5
 
     def __post_init__(self) -> None:
+        if type(self.area) is Area:
+            raise argument_error("area", self.area, "Area.box, Area.sphere or Area.polygon")
         if self.jump is not None and self.speed is None:
             raise UsageError(
                 "jump: found a limit without speed; expected both: robots move between measurements"

@@ -143,6 +143,7 @@ def test_watchers_see_each_sample_and_may_intervene() -> None:
         (lambda m: m.push(1, [1e308, 0]), "force: found 1e\\+308 at \\[0\\]; every number must be between"),
         (lambda m: m.push(1, [1j, 0]), "force: found"),
         (lambda m: m.release(99), "robot: found 99"),
+        (lambda m: m.state["qq"], 'qq: is not a signal of this mission; did you mean "q"'),
         (lambda m: m[0], "signal: found 0; expected the name of a signal"),
         (lambda m: m.change(None), "changes: found None; expected values by key path"),
         (lambda m: m.change([3]), "changes: found \\[3\\]"),

@@ -15,6 +15,7 @@ from escort_mj.errors import RunFolderError, ScenarioError, UsageError
 from escort_mj.measuring import measure
 from escort_mj.record.folder import read_run
 from escort_mj.report.video.video import ending
+from escort_mj.testing import assert_no_contacts, assert_passed
 
 TEXT = {
     "name": "two",
@@ -239,6 +240,11 @@ def test_a_wrong_key_of_a_call_is_told_the_nearest(function: Callable[..., objec
 def test_a_wrong_argument_of_a_call_is_told_the_nearest() -> None:
     with pytest.raises(UsageError, match='overwrit is neither an argument .* did you mean "overwrite"'):
         escort_mj.run(TEXT, overwrit=True)
+    with pytest.raises(UsageError, match=r"runs\[0\]: found 3; expected a Run"):
+        escort_mj.table(iter([3]))  # type: ignore[list-item]
+    for one in (assert_passed, assert_no_contacts):
+        with pytest.raises(UsageError, match="run: found 3; expected a Run"):
+            one(3)
 
 
 def test_a_table_of_runs_has_units(made: Run) -> None:

@@ -82,3 +82,7 @@ def test_a_study_may_be_a_mapping(study: str) -> None:
     assert " 0 new, 2 from earlier" in again.lines[0]
     with pytest.raises(escort_mj.ScenarioError, match=r"masss\[0\]: .*robots.masss: is not a key"):
         escort_mj.sweep(keys | {"vary": {"robots.masss": [1]}})
+    with pytest.raises(
+        escort_mj.ScenarioError, match=r"vary.robots.mass\[0\]: found 1j; expected text, a num"
+    ):
+        escort_mj.falsify(keys | {"vary": {"robots.mass": [1j]}})

@@ -236,6 +236,8 @@ def test_wrong_options_are_refused() -> None:
         Controller("main", longest_gap=0)
     with pytest.raises(UsageError, match='"taus" is not a signal of the controller; did you mean "tau"'):
         Controller("main").signals["taus"]
+    with pytest.raises(UsageError, match="3 is not a signal of the controller"):
+        Controller("main").signals[3]
     with pytest.raises(UsageError, match="robot: found 6; expected a number from 1 to 5"):
         Controller("main").robot(6)
     with pytest.raises(UsageError, match="RobotController: cannot be copied or pickled"):

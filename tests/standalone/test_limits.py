@@ -465,6 +465,7 @@ class NoArray:
         (lambda: Limits(speed=np.nan), "speed: found NaN"),
         (lambda: Limits(speed=-1), "speed: found -1"),
         (lambda: Limits(jump=0.1), "jump: found a limit without speed"),
+        (lambda: Limits(area=Area()), "area: found <.*; expected Area.box, Area.sphere or Area.polygon"),
         (lambda: Limits(area=3), "area: found 3; expected an Area or None"),
         (lambda: Limits(on_age="halt"), 'on_age: found "halt"; expected error, stop or drop'),
         (lambda: Limits(on_silence="drop"), 'on_silence: found "drop"; expected error or stop'),

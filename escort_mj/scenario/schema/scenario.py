@@ -14,7 +14,7 @@ from escort_mj.components.parameters import TEXT, Deferred, Parameters, Radius, 
 from escort_mj.control.outer_loops import SetBased
 from escort_mj.control.trigger import Trigger
 from escort_mj.laws import ApdSmc
-from escort_mj.scenario.arguments import Overrides
+from escort_mj.scenario.arguments import Overrides, argument_error
 from escort_mj.scenario.schema.environment import Environment
 from escort_mj.scenario.schema.expectations import AnyExpectation
 from escort_mj.scenario.schema.fields import (
@@ -201,17 +201,17 @@ class _Checked(ModelMetaclass):
         @property
         def __signature__(cls):  # noqa: N805
             """Keys alone: what pydantic sets has the whole type of each."""
-            return Signature(
-                [Parameter(key, Parameter.KEYWORD_ONLY, default=...) for key in cls.model_fields]
-            )
+            keys = [Parameter(key, Parameter.KEYWORD_ONLY, default=...) for key in cls.model_fields]
+            return Signature(keys)
 
         @__signature__.setter
         def __signature__(cls, _): ...  # noqa: N805
 
-        def __call__(cls, /, **data):  # noqa: N805
-            loads = (
-                data.get("plugins") and cls.__base__ is Parameters
-            )  # a class with members of plugins has them
+        def __call__(cls, /, *given, **data):  # noqa: N805
+            if given:
+                raise argument_error(cls.__name__, given[0], "keys, such as Scenario(duration=3)")
+            # A class with members of plugins has them.
+            loads = data.get("plugins") and cls.__base__ is Parameters
             return cls.checked(data, kind=None if loads else cls)
 
 

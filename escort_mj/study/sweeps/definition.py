@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Iterator, Mapping, Sequence
+from functools import reduce
+from operator import getitem
 from pathlib import Path as FilePath
 from typing import Annotated, Any, Literal
 
@@ -35,6 +37,7 @@ from escort_mj.scenario.schema.scenario import Scenario
 from escort_mj.study.sweeps.quantities import ChosenMetric, MetricOver
 from escort_mj.study.sweeps.values import NAME, Box, Draw, Levels, Range, Steps, names_in_braces
 
+PLAIN = dict, list, str, int, float, type(None)  # what a file can have
 Where = dict[str, Any]
 """Factors, and the level of each, or a list of levels, in the words of tables."""
 
@@ -306,6 +309,12 @@ def load_study(given: str | os.PathLike[str] | Mapping[str, Any], overrides: Seq
     """
     if isinstance(given, Mapping):
         source, document = "study", document_of(given)
+        values = ((path, reduce(getitem, path, document.data)) for path in document.values)
+        if strange := [(path, value) for path, value in values if not isinstance(value, PLAIN)]:
+            words = "expected text, a number, true, false, a list, a table or None"
+            raise ScenarioError(
+                [Fault(f"found {shown(one)}; {words}", key_path(path)) for path, one in strange]
+            )
         text = _written(document.data)
     else:
         source = os.fspath(given)
@@ -508,12 +517,8 @@ def _parameter_findings(study: Study) -> Iterator[Finding]:
             values += [(("sample", "over", key), draw)]
             if key in study.parameters and not all(isinstance(one, int | float) for one in draw):
                 yield Finding(("sample", "over", key), "is a parameter; expected numbers")
-    used = {
-        name
-        for levels in study.vary.values()
-        if isinstance(levels, tuple)
-        for name in names_in_braces(levels)
-    }
+    lists = [levels for levels in study.vary.values() if isinstance(levels, tuple)]
+    used = {name for levels in lists for name in names_in_braces(levels)}
     for path, value in values if study.parameters else ():
         for name in names_in_braces(value):
             used.add(name)

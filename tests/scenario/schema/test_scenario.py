@@ -5,7 +5,7 @@ import pickle
 import numpy as np
 import pytest
 
-from escort_mj.errors import ScenarioError
+from escort_mj.errors import ScenarioError, UsageError
 from escort_mj.robots import PointMass
 from escort_mj.scenario import Scenario, parse_scenario
 
@@ -45,6 +45,8 @@ def test_all_faults_at_once_with_their_keys() -> None:
 def test_what_a_file_could_not_say_either(data: dict, words: str) -> None:
     (fault,) = faults(**data)
     assert fault.startswith(words)
+    with pytest.raises(UsageError, match="Scenario: found a table of keys; expected keys, such as Scenario"):
+        Scenario(data)
 
 
 def test_arrays_scalars_and_tables_do_for_lists_numbers_and_mappings() -> None:
