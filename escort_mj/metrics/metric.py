@@ -39,7 +39,7 @@ def number(value: Any, what: str, finite: bool = False) -> float:
         ValueError: If it is NaN, or infinite and must not be.
     """
     array = np.asarray(value)
-    if array.ndim or array.dtype.kind not in "iuf" or np.any(getattr(value, "mask", False)):
+    if array.ndim or array.dtype.kind not in "biuf" or np.any(getattr(value, "mask", False)):
         kind = f"an array of shape {array.shape}" if isinstance(value, np.ndarray) else type(value).__name__
         raise TypeError(f"{what}: found {kind}; expected a number")
     found = float(array)
