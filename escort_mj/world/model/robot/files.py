@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import math
 import os
 import xml.etree.ElementTree as ElementTree
 from pathlib import Path
@@ -21,6 +22,7 @@ MOST_ELEMENTS, MOST_BODIES = 50_000, 2000  # of the text, and of bodies with all
 REPEATING = ("replicate", "composite")
 LARGEST = 1e10  # mjMAXVAL: a state beyond it is none for MuJoCo
 NAMES = ("name", "class", "file")
+RANGES = ("range", "ctrlrange", "forcerange", "actrange", "actuatorfrcrange", "actuatorrange")
 FOLDERS = {"mesh": "meshdir", "texture": "texturedir", "hfield": "meshdir", "skin": "meshdir"}
 FILES = ("file", "fileright", "fileleft", "fileup", "filedown", "filefront", "fileback")
 REFUSED = ("plugin", "flexcomp", "flex", "skin", "hfield", "extension", "deformable")
@@ -104,7 +106,7 @@ def _parsed(file: Path, content: bytes, name: str) -> Element:
         raise RobotError(f"{where}: found a document type; MJCF has none")
     try:
         root = ElementTree.fromstring(content)
-    except (ElementTree.ParseError, ValueError) as error:
+    except (ElementTree.ParseError, ValueError, LookupError) as error:  # the last of an unknown encoding
         raise RobotError(f"{where}: this is not XML: {error}") from None
     if found := _excess(root):
         raise RobotError(f"{where}: {found}")
@@ -115,16 +117,15 @@ def _parsed(file: Path, content: bytes, name: str) -> Element:
 
 
 def _excess(root: Element) -> str:
-    """Return what no robot has: too many elements, or a number that is none; empty where all is well."""
+    """Return what no robot has: too many elements, or a wrong name or number; empty where all is well."""
     left, elements, bodies = [(root, 1, 1)], 0, 0
     while left:
         element, depth, times = left.pop()
         elements += 1
-        if wrong := next(
-            (f'{key}="{text}"' for key, text in element.items() if key not in NAMES and _no_number(text)),
-            None,
-        ):
-            return f"found <{element.tag} {shortened(wrong)}>; expected finite numbers of at most {LARGEST:g}"
+        for key, text in element.items():
+            if expected := _expected(key, text):
+                wrong = shortened(f'{key}="{text}"')
+                return f"found <{element.tag} {wrong}>; expected {expected}"
         bodies += times * (element.tag in ("body", *REPEATING))
         if depth > MOST_NESTED:
             return f"found more than {MOST_NESTED} elements in each other; a model has fewer"
@@ -139,21 +140,25 @@ def _excess(root: Element) -> str:
     return ""
 
 
-def _no_number(text: str) -> bool:
-    """Whether an attribute holds numbers, and one of them is NaN, infinite or beyond what MuJoCo takes."""
+def _expected(key: str, text: str) -> str:
+    """Return what an attribute must be and is not; empty where all is well, or for MuJoCo to say."""
+    if key in NAMES:  # MuJoCo writes a line break as it is, which XML reads as a space
+        return "a name in one line" if {*text} & {*"\t\n\r"} else ""
     try:
         numbers = [float(word) for word in text.split()[:1000]]
     except ValueError:
-        return False
-    return not all(abs(number) <= LARGEST for number in numbers)
+        return ""
+    if not all(abs(number) <= LARGEST for number in numbers):  # NaN, too
+        return f"finite numbers of at most {LARGEST:g}"
+    if key in RANGES and len(numbers) == 2 and any(numbers) and numbers[0] >= numbers[1]:
+        return "the smaller number first"  # MuJoCo takes it for no range
+    return "0 or more" if key in ("density", "viscosity") and min(numbers, default=0.0) < 0.0 else ""
 
 
 def _repeated(count: str) -> int:
     """Return how often the content of an element is there, by its attribute; 1 where that is no number."""
-    total = 1
-    for word in count.split()[:3]:
-        total *= int(word) if word.isascii() and word.isdigit() and len(word) < 10 else 1
-    return total
+    words = count.split()[:3]
+    return math.prod(int(word) for word in words if word.isascii() and word.isdigit() and len(word) < 10)
 
 
 def _include(parent: Element, folder: Path, source: Source, files: tuple[Path, ...]) -> None:

@@ -89,12 +89,11 @@ def compiled(files: Files, name: str) -> tuple[mujoco.MjModel, Element]:
         raise RobotError(f"{name}: MuJoCo refuses it: {words[:300]}") from None
     limits = tree.find("compiler[@autolimits='false']") is not None
     tree = written_out(tree)
-    if limits:
-        for element in tree.iter():
-            for key in ("range", "ctrlrange", "forcerange", "actrange"):
-                flag = "limited" if key == "range" else key.replace("range", "limited")
-                if element.get(key) and element.get(flag) is None and element.tag in ("joint", "general"):
-                    element.set(flag, "false")
+    for element in tree.iter() if limits else ():
+        for key in ("range", "ctrlrange", "forcerange", "actrange"):
+            flag = "limited" if key == "range" else key.replace("range", "limited")
+            if element.get(key) and element.get(flag) is None and element.tag in ("joint", "general"):
+                element.set(flag, "false")
     write_masses(tree, model)
     return model, tree
 
@@ -119,7 +118,8 @@ def _base(model: mujoco.MjModel, body: str, name: str) -> int:
     roots = sorted({int(model.body_rootid[number]) for number in moving})
     if not roots:
         raise RobotError(f"{name}: has no base: no body has a free joint, or slides along two axes")
-    driven = [root for root in roots if _has_actuator(model, root)] or roots
+    acted_on = {_acts_on(model, actuator) for actuator in range(model.nu)}
+    driven = [root for root in roots if root in acted_on] or roots
     if len(driven) > 1 and not model.nu:
         raise RobotError(f"{name}: has no actuator; expected motors or servos that move a base")
     if len(driven) > 1:
@@ -141,10 +141,6 @@ def _moves(model: mujoco.MjModel, body: int) -> bool:
                 axes.append(model.jnt_axis[joint])
         body = int(model.body_parentid[body])
     return len(axes) > 1 and int(np.linalg.matrix_rank(np.array(axes), tol=1e-6)) > 1
-
-
-def _has_actuator(model: mujoco.MjModel, root: int) -> bool:
-    return any(_acts_on(model, actuator) == root for actuator in range(model.nu))
 
 
 def _acts_on(model: mujoco.MjModel, actuator: int) -> int:
@@ -313,7 +309,7 @@ def _sections(tree: Element, root: Element, own: set[Named]) -> tuple[dict[str, 
                     if element.get("type") != "skybox":
                         found[tag].append(element)
                     continue
-                if _refers_inside(element, known):
+                if set(references(element)) <= known:  # all that it names is the robot's
                     found[tag].append(element)
                     known.add((kind_of(tag), element.get("name", "")))
                 else:
@@ -326,11 +322,6 @@ def _sections(tree: Element, root: Element, own: set[Named]) -> tuple[dict[str, 
     }
     found["asset"] = [each for each in kept if each.tag != "texture" or each.get("name") in textures]
     return found, left
-
-
-def _refers_inside(element: Element, known: set[Named]) -> bool:
-    """Whether all that an element of a section names belongs to the robot."""
-    return set(references(element)) <= known
 
 
 def _left(tree: Element, world: Element, root: str, model: mujoco.MjModel) -> list[str]:
