@@ -12,13 +12,13 @@ import json
 import math
 import os
 import threading
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from escort_mj.errors import RunFolderError, WriteError
+from escort_mj.errors import RunFolderError, UsageError, WriteError
 from escort_mj.recognize import irregular
 
 if TYPE_CHECKING:
@@ -88,6 +88,24 @@ def remove_left(folder: Path) -> None:
         if process.isdecimal() and not alive({"pid": process, "process_start": _start(int(process))}):
             with suppress(OSError):
                 path.unlink()
+
+
+def check_place(path: Path, kinds: Collection[str] = ()) -> None:
+    """Refuse a file that cannot be written, before the work whose result it is to hold.
+
+    Args:
+        path: The file.
+        kinds: Suffixes that it may have; empty for any.
+
+    Raises:
+        UsageError: If its suffix is another, it is a folder, or there is no folder for it.
+    """
+    if kinds and path.suffix not in kinds:
+        raise UsageError(f"{path}: found the suffix {path.suffix or 'none'}; allowed are {', '.join(kinds)}")
+    if os.path.isdir(path):
+        raise UsageError(f"{path}: is a folder; expected a file")
+    if not os.path.isdir(path.parent):
+        raise UsageError(f"{path}: there is no folder {path.parent}")
 
 
 def make_folder(path: Path) -> None:

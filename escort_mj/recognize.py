@@ -11,12 +11,8 @@ from pathlib import Path
 
 SUFFIXES = (".yaml", ".yml")
 OUTCOME, SCENARIO, RESOLVED = "outcome.json", "scenario.yaml", "resolved.yaml"  # in a run folder
-RESULTS, BEST, WORST, COUNTEREXAMPLES = (
-    "results.sqlite",
-    "best.yaml",
-    "worst",
-    "counterexamples",
-)  # of a study
+RESULTS, BEST = "results.sqlite", "best.yaml"  # of a study
+WORST, COUNTEREXAMPLES = "worst", "counterexamples"
 TITLE = '"title": "escort_mj scenario'  # in the JSON Schema that a scenario's first lines name
 HEAD = 4096  # bytes in which a file says what it is
 TELLING = {"robots", "target", "obstacles", "mission", "controller", "uncertainty", "expect"}

@@ -53,6 +53,7 @@ def test_metrics_of_runs(command, tmp_path: Path) -> None:
 
 def test_new_overwrites_nothing(command, tmp_path: Path) -> None:
     assert command("new", "five.yaml") == (2, "", "escort-mj: five.yaml: is there already\n")
+    assert command("new", "..") == (2, "", "escort-mj: ..: is a folder; expected a file\n")
     code, _, err = command("new", "nowhere/mine.yaml")
     assert code == 2 and "there is no folder nowhere" in err
     code, _, err = command("new", "mine", "--law", "apd_smcc")

@@ -77,6 +77,8 @@ def render_command(
         only: Figure to draw, such as paths; repeatable [default: all].
         formats: Format of the figures; repeatable [default: png].
     """
+    from escort_mj.record.folder import read_run
+
     changes: dict[str, Any] = {
         "camera": camera,
         "robot": robot,
@@ -87,6 +89,8 @@ def render_command(
     changes |= {"start": start, "end": end, "rate": rate, "speed": speed} | _sides(size) | _point(look_at)
     if only and not figures:
         raise UsageError("--only names figures to draw; --no-figures draws none")
+    if not (video or figures):  # which would read it
+        read_run(run_folder)
     wanted = _video(run_folder, {key: value for key, value in changes.items() if value is not None})
     file = _file(run_folder, out, video_format)
     written: list[str] = []

@@ -26,7 +26,6 @@ from escort_mj.cli.app import (
 )
 from escort_mj.cli.options import Count, Either, RunFolder, RunFolders, ScenarioName, Texts
 from escort_mj.cli.streams import OUTPUT, tell
-from escort_mj.errors import UsageError
 from escort_mj.record.revision import ask_for_revision
 
 if TYPE_CHECKING:
@@ -123,13 +122,13 @@ def check_command(
 
     parent_of_workers()  # which gets ready meanwhile
     from escort_mj import api
-    from escort_mj.files import write_text
+    from escort_mj.files import check_place, write_text
     from escort_mj.report.pages import checked
     from escort_mj.report.video.video import render_clip
     from escort_mj.study.check import check_scenarios
 
-    if junit is not None and not junit.parent.is_dir():
-        raise UsageError(f"{junit}: there is no folder {junit.parent}")
+    if junit is not None:
+        check_place(junit)
     with progress_bar("checking", " runs") as progress:
         cases = api.cases(paths, **given)
         results = check_scenarios(cases, out, workers, keep, render_clip if video else None, progress)
@@ -179,13 +178,13 @@ def metrics_command(runs: RunFolders, to: Path | None = None, **given: Any) -> A
     """
     from escort_mj.api import open_run
     from escort_mj.api.runs import table
-    from escort_mj.files import write_text
+    from escort_mj.files import check_place, write_text
     from escort_mj.record.export import CSV, PARQUET, write_frame
     from escort_mj.record.tables import aligned, latex, markdown
     from escort_mj.study.sweeps.quantities import value_text
 
-    if to is not None and to.suffix not in (allowed := (CSV, PARQUET, ".md", ".tex")):
-        raise UsageError(f"{to}: the suffix says what to write; allowed are {', '.join(allowed)}")
+    if to is not None:
+        check_place(to, (CSV, PARQUET, ".md", ".tex"))
     found = table(map(open_run, runs), **given)
     units = found.attrs["units"]
     head = ["metric", *map(shown_path, runs)]

@@ -29,16 +29,15 @@ def new_command(file: Path, robots: Robots = 6, axes: Axes = 2, law: str = "apd_
         axes: 2 for the plane, 3 for space.
         law: Law of the inner loop.
     """
-    from escort_mj.files import write_text
+    from escort_mj.files import check_place, write_text
     from escort_mj.scenario import json_schema
     from escort_mj.scenario.reader.load import parse_scenario
     from escort_mj.scenario.reader.starter import starter
 
-    path = file if file.suffix in (".yaml", ".yml") else file.with_suffix(".yaml")
+    path = file if file.suffix in (".yaml", ".yml") or file.is_dir() else file.with_suffix(".yaml")
+    check_place(path)
     if path.exists():
         raise UsageError(f"{path}: is there already")
-    if not path.parent.is_dir():
-        raise UsageError(f"{path}: there is no folder {path.parent}")
     text = starter(path.stem, robots, axes, law)
     parse_scenario(text, f"escort-mj new {path.name}")
     write_text(path, text)
@@ -68,11 +67,10 @@ def export_command(source: Source, to: Path, overrides: Overrides = (), plugins:
     from escort_mj.record.folder import read_run
     from escort_mj.report.exports import MJCF, check_export, export_run
 
-    is_run = os.path.isdir(source)
     check_export(to)
-    if is_run and overrides:
-        raise UsageError("--set changes a scenario; a run folder is what it is")
-    if is_run:
+    if os.path.isdir(source):
+        if overrides:
+            raise UsageError("--set changes a scenario; a run folder is what it is")
         export_run(read_run(source), to)
     elif to.suffix != MJCF:
         raise UsageError(f"{source}: not a run folder; only runs can be exported as {to.suffix}")
@@ -185,7 +183,11 @@ def check_robot_command(
         figure: File for the step response: .png, .pdf or .svg.
     """
     from escort_mj.conformance.robot import answers, checked_model, model_page
+    from escort_mj.files import check_place
+    from escort_mj.report.figures.drawing.look import FORMATS
 
+    if figure is not None:
+        check_place(figure, [f".{name}" for name in FORMATS])
     kind, model = checked_model(robot, body, drive, root)
     for line in model_page(kind, model):
         tell(line)

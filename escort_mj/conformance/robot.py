@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 from escort_mj.components.mission import axis_names
 from escort_mj.errors import OutsideError, RobotError, UsageError
 from escort_mj.robots.drive import POSITION, RATE, THRUST
-from escort_mj.robots.mjcf import Mjcf
+from escort_mj.robots.mjcf import LONGEST_NAME, Mjcf
 from escort_mj.robots.modeled import RobotModel, known, known_now
-from escort_mj.scenario.findings import listed
+from escort_mj.scenario.findings import listed, shortened, shown
 from escort_mj.scenario.geometry.team_gains import proposal
 from escort_mj.scenario.mission import Mission
 from escort_mj.scenario.reader.load import scenario_of
@@ -113,10 +113,12 @@ def checked_model(
     Raises:
         RobotError: If it cannot be read, or cannot be driven.
     """
-    keys: dict[str, Any] = {"file": file.name or str(file), "body": body}
+    keys: dict[str, Any] = {"file": shortened(file.name or file), "body": body}
     keys |= {"drive": drive} if drive else {}
     if drive is not None and drive not in DRIVES:
         raise UsageError(f"--drive: found {drive}; allowed are {listed(DRIVES)}")
+    if body is not None and not 0 < len(body) <= LONGEST_NAME:
+        raise UsageError(f"--body: found {shown(body)}; expected the name of a body of {file.name}")
     folder = file.parent if root is None else root
     source = Mjcf.model_validate(keys).asked_for(file.absolute(), folder.absolute())
     try:

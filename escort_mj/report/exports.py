@@ -8,8 +8,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from escort_mj.errors import UsageError
-from escort_mj.files import replaced, write_model
+from escort_mj.files import check_place, replaced, write_model
 from escort_mj.record.export import CSV, PARQUET, write_table
 from escort_mj.record.folder import MODEL, StoredRun
 from escort_mj.record.stored import ASSETS
@@ -27,10 +26,7 @@ def check_export(path: Path) -> None:
     Raises:
         UsageError: If its suffix is none of those allowed, or there is no such folder.
     """
-    if path.suffix not in SUFFIXES:
-        raise UsageError(f"{path}: the suffix says what to write; allowed are {', '.join(SUFFIXES)}")
-    if not path.parent.is_dir():
-        raise UsageError(f"{path}: there is no folder {path.parent}")
+    check_place(path, SUFFIXES)
 
 
 def export_run(run: StoredRun, path: Path) -> None:

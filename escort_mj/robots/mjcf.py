@@ -18,7 +18,8 @@ def _by_name(value: Any) -> Any:
     return {"kind": value} if isinstance(value, str) else value
 
 
-Name = Annotated[str, Field(min_length=1, max_length=200)]
+LONGEST_NAME = 200  # letters
+Name = Annotated[str, Field(min_length=1, max_length=LONGEST_NAME)]
 Digest = Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")]
 Drive = Annotated[DriveKeys, BeforeValidator(_by_name, json_schema_input_type=str | DriveKeys)]
 

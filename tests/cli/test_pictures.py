@@ -58,6 +58,11 @@ def test_figures_are_chosen_by_name(make_run, monkeypatch, capfd):
     assert code == 0 and [Path(name).name for name in json.loads(out)["written"]] == ["paths.png"]
 
 
+def test_nothing_is_drawn_of_what_is_no_run(tmp_path, monkeypatch, capfd):
+    code, _, err = call(monkeypatch, capfd, "render", str(tmp_path), "--no-figures", "--no-video")
+    assert code == 2 and "is this a run folder?" in err
+
+
 @pytest.mark.parametrize(
     ("options", "words"),
     [

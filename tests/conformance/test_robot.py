@@ -38,6 +38,9 @@ def test_an_answer_is_summed_up() -> None:
         ([str(HEXAROTOR), "--drive", "legs"], "--drive: found legs; allowed are force"),
         ([str(HEXAROTOR), "--drive", "wheels"], "none of its 6 actuators turns what stands on the floor"),
         ([str(HEXAROTOR), "--body", "tail"], "has no body tail; found frame"),
+        ([str(HEXAROTOR), "--body", ""], '--body: found ""; expected the name of a body of hexarotor.xml'),
+        ([str(HEXAROTOR), "--figure", "x.foo"], "x.foo: found the suffix .foo; allowed are .png, .pdf, .svg"),
+        ([str(HEXAROTOR), "--figure", "no/x.png"], "no/x.png: there is no folder no"),
     ],
 )
 def test_wrong_input_is_one_line(monkeypatch, capfd, arguments: list[str], words: str) -> None:

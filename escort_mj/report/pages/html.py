@@ -17,6 +17,7 @@ from markupsafe import Markup
 
 from escort_mj.errors import UsageError
 from escort_mj.expect.verdicts import mark
+from escort_mj.files import check_place
 from escort_mj.record.outcome import Verdict
 
 HERE = Path(__file__).parent
@@ -96,10 +97,12 @@ def page_file(out: Path | None, usual: Path) -> Path:
     """Return the file of a page: as it was asked for, or the usual one.
 
     Raises:
-        UsageError: If its suffix says that it is something else.
+        UsageError: If its suffix says that it is something else, or it cannot be written there.
     """
     if out is not None and out.suffix not in ("", ".html", ".htm"):
         raise UsageError(f"{out}: found the suffix {out.suffix}; a page is HTML, as FILE.html")
+    if out is not None:
+        check_place(out)
     return usual if out is None else out
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from markupsafe import Markup
 
 from escort_mj.expect.verdicts import mark
-from escort_mj.files import make_folder, write_text
+from escort_mj.files import write_text
 from escort_mj.record.episodes import apart_from, pair
 from escort_mj.record.folder import FIGURES, REPORT, SCENARIO, VIDEO, StoredRun, read_run
 from escort_mj.record.recording import LOG, NOT_LOGGED
@@ -50,7 +50,6 @@ def write_run_page(folder: str | os.PathLike[str], out: Path | None = None) -> P
     if not (run.path / FIGURES).is_dir():
         draw_figures(run.path)
     text = page("run.html", _parts(run))
-    make_folder(path.parent)
     write_text(path, text)
     return path
 

@@ -13,7 +13,7 @@ from urllib.parse import quote
 from markupsafe import Markup
 
 from escort_mj.errors import UsageError
-from escort_mj.files import make_folder, write_text
+from escort_mj.files import write_text
 from escort_mj.report.figures.studies.figures import draw_study
 from escort_mj.report.pages.html import Table, Text, page, page_file
 from escort_mj.report.pages.study_tables import (
@@ -69,7 +69,6 @@ def write_study_page(
             raise UsageError(f"quantities: found {name}, which is no metric of these runs{hint}")
     results.chosen = [*dict.fromkeys(quantities)] or results.chosen
     path = page_file(out, folder / PAGE)
-    make_folder(path.parent)
     write_cells(results, folder / CELLS)
     write_text(path, page("study.html", _parts(results, folder, path, compare, formats)))
     return path

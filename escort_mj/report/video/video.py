@@ -20,8 +20,8 @@ from multiprocessing.connection import wait
 from pathlib import Path
 from typing import IO, TYPE_CHECKING
 
-from escort_mj.errors import EscortError, RenderError, UsageError, WriteError
-from escort_mj.files import remove_left, replaced
+from escort_mj.errors import EscortError, RenderError, WriteError
+from escort_mj.files import check_place, remove_left, replaced
 from escort_mj.gl import INSTALL_COMMAND, choose_backend
 from escort_mj.record.folder import CLIP, MODEL, VIDEO, StoredRun, read_run
 from escort_mj.report.video.encode import ENCODINGS
@@ -95,12 +95,7 @@ def check_format(path: Path) -> None:
     Raises:
         UsageError: If it cannot.
     """
-    if path.suffix not in ENCODINGS:
-        raise UsageError(
-            f"{path}: found the suffix {path.suffix or 'none'}; allowed are {', '.join(ENCODINGS)}"
-        )
-    if not path.parent.is_dir():
-        raise UsageError(f"{path}: there is no folder {path.parent}")
+    check_place(path, ENCODINGS)
 
 
 def render_clip(folder: str | os.PathLike[str], video: Video | None = None) -> Path:

@@ -63,7 +63,7 @@ def test_every_link_leads_somewhere(folder: Path, text: str) -> None:
 
 
 def test_a_page_elsewhere_links_back(few: Path, tmp_path: Path) -> None:
-    path = write_study_page(few, tmp_path / "pages" / "study.html")
+    path = write_study_page(few, tmp_path / "study.html")
     targets = [unquote(a["href"]) for a in Page(path.read_text()).all("a")]
     assert targets and all((path.parent / target).exists() for target in targets)
 
