@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from escort_mj.files import check_place, replaced, write_model
+from escort_mj.files import check_place, read_text, replaced, write_model
 from escort_mj.record.export import CSV, PARQUET, write_table
 from escort_mj.record.folder import MODEL, StoredRun
 from escort_mj.record.stored import ASSETS
@@ -38,15 +38,17 @@ def export_run(run: StoredRun, path: Path) -> None:
 
     Raises:
         UsageError: If the suffix is none of those allowed, or what it needs is not installed.
+        RunFolderError: If the model is damaged or does not fit.
         WriteError: If the file cannot be written.
     """
     check_export(path)
     if path.suffix == STATES:
         write_states(run, path)
     elif path.suffix == MJCF:
+        load_model(run.path / MODEL, run.recording.sizes["coordinate"])  # or it would be of no use
         files = [file for file in (run.path / ASSETS).glob("*") if file.is_file()]
         assets = {f"{ASSETS}/{file.name}": file.read_bytes() for file in files}
-        write_model(path, (run.path / MODEL).read_text(encoding="utf-8"), assets)
+        write_model(path, read_text(run.path / MODEL), assets)
     else:
         write_table(run.trace, path)
 
@@ -63,7 +65,8 @@ def write_states(run: StoredRun, path: Path) -> None:
         path: A `.npz` file.
 
     Raises:
-        RenderError: If there is no sample, or the model does not fit.
+        RunFolderError: If the model is damaged or does not fit.
+        RenderError: If there is no sample.
         WriteError: If the file cannot be written; an earlier one stays as it was.
     """
     replay = replay_of(run.trace)
@@ -84,7 +87,7 @@ def write_states(run: StoredRun, path: Path) -> None:
             )
     if count > 1:
         qvel[0] = qvel[1]
-    text = (run.path / MODEL).read_text(encoding="utf-8")
+    text = read_text(run.path / MODEL)
     arrays = {"qpos": qpos, "qvel": qvel, "mocap_pos": mocap_pos, "mocap_quat": mocap_quat}
     with replaced(path) as temporary, temporary.open("wb") as file:
         np.savez_compressed(file, allow_pickle=False, model=np.array(text), time=replay.time, **arrays)

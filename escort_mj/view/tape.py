@@ -122,8 +122,8 @@ class Stored:
         """Open a run folder.
 
         Raises:
-            RunFolderError: If it is no run folder, or the run has recorded nothing.
-            RenderError: If it holds no sample, or its model does not fit.
+            RunFolderError: If it is no run folder, the run has recorded nothing, or its model does not fit.
+            RenderError: If it holds no sample.
         """
         run: StoredRun = read_run(folder)
         if not run.trace.sizes["time"]:

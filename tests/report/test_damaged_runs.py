@@ -12,13 +12,14 @@ import numpy as np
 import pytest
 
 from escort_mj import api
-from escort_mj.errors import EscortError
+from escort_mj.errors import EscortError, RunFolderError
 from escort_mj.measuring import measures_of
 from escort_mj.record import stored
 from escort_mj.record.export import dataframe_of
 from escort_mj.record.intact import check_trace
 from escort_mj.record.stored import StoredRun, read_run
 from escort_mj.record.trace import load_recording
+from escort_mj.report.exports import export_run
 from escort_mj.report.pages.html import page
 from escort_mj.report.pages.run_page import _parts
 from escort_mj.report.pages.signals_data import signals_data
@@ -210,5 +211,7 @@ def test_scenario_and_model(whole, draws) -> None:
         for wrong in (b"", model[:500], b"<mujoco/>", b"\xff\xfe"):
             file.write_bytes(wrong)
             assert refused_or(lambda: Stored(whole.path))
+            with pytest.raises(RunFolderError, match=r"model\.xml: "):
+                export_run(whole, whole.path / "world.xml")
     finally:
         file.write_bytes(model)

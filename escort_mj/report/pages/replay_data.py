@@ -50,7 +50,7 @@ def replay_data(run: StoredRun, speed: float) -> dict[str, Any]:
         What JSON can hold. Places are tracks over `time`, by number, or still points, by -1 - number.
 
     Raises:
-        RenderError: If the model does not fit the trace.
+        RunFolderError: If the model is damaged or does not fit the trace.
     """
     replay, trace = replay_of(run.trace), run.trace
     model = load_model(run.path / MODEL, replay.qpos.shape[1])

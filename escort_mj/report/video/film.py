@@ -64,7 +64,8 @@ class Film:
             clip: What to show of it; None for the video's window.
 
         Raises:
-            RenderError: If the model does not fit the record, or the run ended before the window.
+            RunFolderError: If the model is damaged or does not fit the record.
+            RenderError: If the run ended before the window.
         """
         start, end = window_of(replay, video) if clip is None else (clip.start, clip.end)
         self.size = video.width, video.height

@@ -12,12 +12,14 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from escort_mj.errors import RenderError
+from escort_mj.errors import RunFolderError
+from escort_mj.files import read_text
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
 SLICES, STACKS = 28, 14  # of a round shape
+MOST_WORDS = 300  # letters of what MuJoCo says
 _ROBOT = re.compile(r"robot_(\d+)(_|$)")
 _GEOM = mujoco.mjtGeom
 
@@ -67,14 +69,18 @@ def load_model(path: Path, coordinates: int) -> mujoco.MjModel:
         coordinates: How many generalized positions the trace has.
 
     Raises:
-        RenderError: If the model cannot be loaded, or does not fit the trace.
+        RunFolderError: If the model cannot be loaded, or does not fit the trace.
     """
+    read_text(path)  # MuJoCo says less of what is no text
     try:
         model = mujoco.MjModel.from_xml_path(str(path))
-    except ValueError as fault:
-        raise RenderError(f"{path} cannot be loaded: {str(fault).splitlines()[0]}") from fault
+    except (ValueError, mujoco.FatalError) as fault:
+        words = " ".join(str(fault).split())[:MOST_WORDS]
+        raise RunFolderError(f"{path}: is damaged: MuJoCo refuses it: {words}") from None
     if model.nq != coordinates:
-        raise RenderError(f"{path} has {model.nq} coordinates, the trace has {coordinates}")
+        raise RunFolderError(
+            f"{path}: is damaged: it has {model.nq} coordinates, the trace has {coordinates}"
+        )
     return model
 
 

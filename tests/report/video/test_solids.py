@@ -6,7 +6,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from escort_mj.errors import RenderError
+from escort_mj.errors import RunFolderError
 from escort_mj.report.video.solids import floor_of, load_model, places, pose, solids_of
 
 EVERY = """<mujoco><option gravity="0 0 0"/>
@@ -82,8 +82,8 @@ def test_the_floor(model: mujoco.MjModel) -> None:
 def test_models_that_do_not_fit(tmp_path) -> None:
     (tmp_path / "model.xml").write_text(EVERY)
     assert load_model(tmp_path / "model.xml", 8).nq == 8
-    with pytest.raises(RenderError, match="has 8 coordinates, the trace has 9"):
+    with pytest.raises(RunFolderError, match="it has 8 coordinates, the trace has 9"):
         load_model(tmp_path / "model.xml", 9)
     (tmp_path / "model.xml").write_text("<mujoco><worldbody>")
-    with pytest.raises(RenderError, match="cannot be loaded"):
+    with pytest.raises(RunFolderError, match="is damaged: MuJoCo refuses it: XML parse error"):
         load_model(tmp_path / "model.xml", 8)

@@ -119,7 +119,7 @@ def test_the_child_says_in_one_line_what_is_wrong(make_run, capsys):
     (folder / "model.xml").write_text("<mujoco><oops/></mujoco>")
     assert video.render_here([str(folder), *options]) == 1
     (line,) = capsys.readouterr().err.splitlines()
-    assert re.match(r"error: .*model\.xml cannot be loaded: XML Error", line)
+    assert re.match(r"error: .*model\.xml: is damaged: MuJoCo refuses it: XML Error", line)
     late = SMALL.model_copy(update={"start": 7.0}).model_dump_json()
     assert video.render_here([str(make_run()), *options[:-1], late]) == 1
     (line,) = capsys.readouterr().err.splitlines()
