@@ -83,7 +83,7 @@ class Run:
             ScenarioError: If the scenario of a run folder is invalid in this version of the program.
         """
         if isinstance(self._source, StoredRun):
-            return stored_scenario(self._source.scenario_yaml, self._source.path)
+            return stored_scenario(self._source.scenario_yaml, self._source.scenario_file)
         return self._source.scenario
 
     @property

@@ -135,7 +135,7 @@ def _video(folder: Path, changes: dict[str, Any]) -> Video | None:
     from escort_mj.scenario.reader.load import stored_scenario
 
     run = read_run(folder)
-    scenario = stored_scenario(run.scenario_yaml, run.path)
+    scenario = stored_scenario(run.scenario_yaml, run.scenario_file)
     return scenario.replace({f"video.{key}": value for key, value in changes.items()}).video
 
 

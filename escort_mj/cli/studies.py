@@ -201,15 +201,13 @@ def shrink_command(
         runs: Largest number of runs.
         out: Run folder of the smallest scenario; None for renders/shrink/NAME.
     """
-    from escort_mj.api import load_scenario
-    from escort_mj.record.folder import read_run
-    from escort_mj.scenario.reader.load import stored_scenario
+    from escort_mj.api import load_scenario, open_run
     from escort_mj.study.search.smallest import shrink_scenario, shrunk_lines
 
     if os.path.isdir(folder := Path(source)):
         if overrides or plugins:
             raise UsageError("--set and --plugin change a scenario, not a run folder")
-        scenario = stored_scenario(read_run(folder).scenario_yaml, folder)
+        scenario = open_run(folder).scenario
     else:
         scenario = load_scenario(source, overrides, plugins)
     place = Path("renders/shrink") / scenario.name if out is None else out

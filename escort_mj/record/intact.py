@@ -13,7 +13,7 @@ from pydantic import BaseModel, Field
 from escort_mj.errors import RunFolderError
 from escort_mj.files import checked
 from escort_mj.monitor.signals import CAUSES, GROUPS
-from escort_mj.record.outcome import LARGEST, Outcome
+from escort_mj.record.outcome import LARGEST, Outcome, Verdict
 from escort_mj.record.recording import NAMES, NUMBERS, Recorded, not_logged
 from escort_mj.signals import EPISODE, LYAPUNOV, SIGNALS, TRUTH
 
@@ -78,6 +78,10 @@ class MetricsFile(BaseModel, extra="allow", defer_build=True):
 
     __pydantic_extra__: dict[str, MetricEntries]
     run: dict[str, Any] = {}
+
+
+VerdictsFile = Annotated[list[Verdict], Field(min_length=1)]
+"""The first verdict is that of how the run ended."""
 
 
 def check_trace(trace: Recorded, path: Path) -> None:

@@ -27,21 +27,9 @@ FIGURES, VIDEO, CLIP, REPORT, PLUGINS = "figures", "video.mp4", "clip.mp4", "rep
 ASSETS, STUDY_FILE = "assets", "study.yaml"
 VIDEOS = (VIDEO, "video.webp", "video.gif")  # GIFs are of earlier versions
 OURS = (
-    OUTCOME,
-    SCENARIO,
-    RESOLVED,
-    MODEL,
-    TRACE,
-    METRICS,
-    VERDICTS,
-    JOURNAL,
-    FIGURES,
-    *VIDEOS,
-    CLIP,
-    REPORT,
-    PLUGINS,
-    ASSETS,
-)
+    OUTCOME, SCENARIO, RESOLVED, MODEL, TRACE, METRICS, VERDICTS, JOURNAL, FIGURES, *VIDEOS, CLIP, REPORT,
+    PLUGINS, ASSETS,
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -55,6 +43,7 @@ class StoredRun:
         metrics: Contents of metrics.json; empty where the run never came to it.
         verdicts: Contents of verdicts.json; empty likewise.
         scenario_yaml: The complete scenario with all defaults, to run it again.
+        scenario_file: The file that it is from.
     """
 
     path: Path
@@ -63,6 +52,7 @@ class StoredRun:
     metrics: dict[str, Any]
     verdicts: list[Verdict]
     scenario_yaml: str
+    scenario_file: Path
 
     @cached_property
     def trace(self) -> xarray.Dataset:
@@ -92,7 +82,11 @@ def read_run(path: str | os.PathLike[str]) -> StoredRun:
         raise RunFolderError(f"{folder}: is the folder of a study; {words}")
     if kind := irregular(folder / MODEL):
         raise RunFolderError(f"{folder / MODEL}: is {kind}, not a file")
-    from escort_mj.record.intact import MetricsFile, check_trace  # runs only write: they do without
+    from escort_mj.record.intact import (  # runs only write: they do without
+        MetricsFile,
+        VerdictsFile,
+        check_trace,
+    )
 
     outcome = read_outcome(folder)
     trace = None
@@ -121,11 +115,13 @@ def read_run(path: str | os.PathLike[str]) -> StoredRun:
         trace = load_recording(folder / TRACE)
     check_trace(trace, folder / TRACE)
     metrics = read_json(folder / METRICS) if (folder / METRICS).is_file() else {}
-    verdicts = read_json(folder / VERDICTS) if (folder / VERDICTS).is_file() else []
     checked(MetricsFile, metrics, folder / METRICS)
-    verdicts = checked(list[Verdict], verdicts, folder / VERDICTS)
-    texts = (read_text(folder / name) for name in (RESOLVED, SCENARIO) if (folder / name).exists())
-    return StoredRun(folder, outcome, trace, metrics, verdicts, next(filter(None, texts), ""))
+    verdicts = []
+    if (folder / VERDICTS).is_file():
+        verdicts = checked(VerdictsFile, read_json(folder / VERDICTS), folder / VERDICTS)
+    files = [folder / name for name in (RESOLVED, SCENARIO) if (folder / name).exists()]
+    text, file = next(((text, file) for file in files if (text := read_text(file))), ("", folder / SCENARIO))
+    return StoredRun(folder, outcome, trace, metrics, verdicts, text, file)
 
 
 def read_outcome(folder: Path) -> dict[str, Any]:

@@ -84,7 +84,7 @@ class TestARunThatEnds:
         trace = build_trace(*made)
 
         def ends_meanwhile(outcome):
-            folder.finish(Outcome.COMPLETED, "it ended", trace, {}, [])
+            folder.finish(Outcome.COMPLETED, "it ended", trace, {}, [make_verdict()])
             return True
 
         monkeypatch.setattr("escort_mj.record.stored.alive", ends_meanwhile)
@@ -128,14 +128,15 @@ class TestARunThatBreaks:
         folder = RunFolder.create(tmp_path / "run")
         folder.begin(SCENARIO, MODEL, sizes, labels)
         folder.append(samples)
-        folder.finish(Outcome.INTERRUPTED, "by SIGINT", build_trace(samples, sizes, labels), {}, [])
+        trace = build_trace(samples, sizes, labels)
+        folder.finish(Outcome.INTERRUPTED, "by SIGINT", trace, {}, [make_verdict()])
         assert outcome_of(tmp_path / "run")["simulated_time"] == samples[-1, 0]
         assert (tmp_path / "run" / "verdicts.json").is_file()
         assert not (tmp_path / "run" / "trace.nc").exists()
         for _ in range(2):  # from the journal, then from what the first reader wrote
             stored = read_run(tmp_path / "run")
             assert stored.outcome["outcome"] == "interrupted"
-            xarray.testing.assert_identical(stored.trace, build_trace(samples, sizes, labels))
+            xarray.testing.assert_identical(stored.trace, trace)
             assert (tmp_path / "run" / "trace.nc").is_file()
 
     def test_an_error_after_the_end_changes_nothing(self, tmp_path, record):

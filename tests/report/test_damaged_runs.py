@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from escort_mj import api
-from escort_mj.errors import EscortError, RunFolderError
+from escort_mj.errors import EscortError, RunFolderError, ScenarioError
 from escort_mj.measuring import measures_of
 from escort_mj.record import stored
 from escort_mj.record.export import dataframe_of
@@ -127,6 +127,9 @@ def test_json(whole, draws, name, monkeypatch) -> None:
             )
         file.unlink()
         assert refused_or(lambda: read_run(whole.path)) == (name == "outcome.json")
+        file.write_text("[]")
+        with pytest.raises(RunFolderError, match=f"{name}: is damaged: it is '"):
+            read_run(whole.path)
     finally:
         file.write_bytes(before)
     assert refused > len(draws) // 4
@@ -195,7 +198,7 @@ def test_scenario_and_model(whole, draws) -> None:
     refused = 0
     for draw in draws:
         changed = damaged_bytes(text, draw).decode("utf-8", "replace")
-        refused += refused_or(lambda changed=changed: stored_scenario(changed, whole.path))
+        refused += refused_or(lambda changed=changed: stored_scenario(changed, file))
     assert refused > len(draws) // 4
     for garbled in (
         "plugins: 3",
@@ -204,7 +207,10 @@ def test_scenario_and_model(whole, draws) -> None:
         "plugins: [{file: [x]}]",
         "plugins: {a: 1}",
     ):
-        assert refused_or(lambda garbled=garbled: stored_scenario(garbled, whole.path)), garbled
+        assert refused_or(lambda garbled=garbled: stored_scenario(garbled, file)), garbled
+    (whole.path / "resolved.yaml").write_text("[]")
+    with pytest.raises(ScenarioError, match=r"whole/resolved\.yaml:1:1: found an empty list"):
+        api.open_run(whole.path).scenario  # noqa: B018
     file = whole.path / "model.xml"
     model = file.read_bytes()
     try:

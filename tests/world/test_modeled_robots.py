@@ -290,6 +290,6 @@ def test_a_run_folder_holds_its_robots(team: Path, tmp_path: Path) -> None:
     moved = shutil.move(tmp_path / "run", tmp_path / "moved")
     for file in tmp_path.glob("*.[xo][mb][lj]"):
         file.unlink()
-    again = stored_scenario((moved / "resolved.yaml").read_text(), moved)
+    again = stored_scenario((moved / "resolved.yaml").read_text(), moved / "resolved.yaml")
     assert build(again).xml == build(scenario).xml
     assert mujoco.MjModel.from_xml_path(str(moved / "model.xml")).nmesh == 1

@@ -257,7 +257,7 @@ def render_here(arguments: list[str] | None = None) -> int:
 
 def scenario_video(run: StoredRun) -> Video:
     """What the run's own scenario says of its video."""
-    return stored_scenario(run.scenario_yaml, run.path).video
+    return stored_scenario(run.scenario_yaml, run.scenario_file).video
 
 
 def ending(run: StoredRun) -> tuple[str, bool]:

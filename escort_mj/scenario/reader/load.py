@@ -116,17 +116,17 @@ def _laid_over(
     return _scenario(document, data, unset, source, loaded)
 
 
-def stored_scenario(text: str, folder: FilePath) -> Scenario:
+def stored_scenario(text: str, file: FilePath) -> Scenario:
     """The scenario of a run folder. Of plugin files the run's own copies are taken, whatever became of them.
 
     Args:
-        text: Its scenario.yaml.
-        folder: The run folder.
+        text: Its content.
+        file: The scenario's file in the run folder.
 
     Raises:
         ScenarioError: With every fault found.
     """
-    template = Template(text, str(folder / "scenario.yaml"))
+    template = Template(text, str(file))
     plugins = template.overridden().get("plugins")
     if not isinstance(plugins, list) or not all(isinstance(each, dict) for each in plugins):
         return template.scenario()  # none, or faults
@@ -134,7 +134,7 @@ def stored_scenario(text: str, folder: FilePath) -> Scenario:
     for each in copies:
         if (
             isinstance(each.get("file"), str)
-            and (copy_of := folder / COPIES / FilePath(each["file"]).name).is_file()
+            and (copy_of := file.parent / COPIES / FilePath(each["file"]).name).is_file()
         ):
             each["file"] = str(copy_of.absolute())
     return template.scenario({"plugins": copies})

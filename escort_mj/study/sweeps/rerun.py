@@ -137,15 +137,14 @@ def rerun_folder(
         raise UsageError(f"{path}: the run recorded nothing, so there is nothing to repeat")
     if is_log(stored.trace):
         raise UsageError(f"{path}: is a log of real robots, which cannot be repeated")
-    scenario = stored_scenario(stored.scenario_yaml, path)
+    scenario = stored_scenario(stored.scenario_yaml, stored.scenario_file)
     if out is None:
         run = fly(scenario, None, progress)
     else:
         with RunFolder.create(out) as folder:
             run = fly(scenario, folder, progress)
     now = Side(run.trace, run.outcome.value, run.verdicts, versions_of(run.trace.attrs))
-    file = path / (RESOLVED if (path / RESOLVED).is_file() else SCENARIO)
-    reran = f"{file}: {scenario.name}, seed {scenario.seed}, {scenario.duration:g} s"
+    reran = f"{stored.scenario_file}: {scenario.name}, seed {scenario.seed}, {scenario.duration:g} s"
     notes = (f"reran  {reran}", *_interventions(stored), *_edits(stored, scenario), *_changed_plugins(stored))
     return replace(compare_runs(Side.stored(stored), now, tolerance), notes=notes)
 
@@ -173,7 +172,7 @@ def _scenario_changes(first: StoredRun, second: StoredRun) -> list[str]:
     if first.scenario_yaml == second.scenario_yaml:
         return []
     try:
-        both = [stored_scenario(run.scenario_yaml, run.path) for run in (first, second)]
+        both = [stored_scenario(run.scenario_yaml, run.scenario_file) for run in (first, second)]
     except EscortError as error:
         return [f"differs, but cannot be read: {error}"]
     return [str(change) for change in changes_between(*both)]
@@ -210,7 +209,7 @@ def _edits(stored: StoredRun, scenario: Scenario) -> list[str]:
     if not short.is_file() or not (stored.path / RESOLVED).is_file():
         return said
     try:
-        changes = changes_between(scenario, stored_scenario(short.read_text(encoding="utf-8"), stored.path))
+        changes = changes_between(scenario, stored_scenario(short.read_text(encoding="utf-8"), short))
     except (EscortError, OSError, ValueError) as error:
         return [*said, f"edited  {SCENARIO} does not take part and cannot be read any more: {error}"]
     if changes:
@@ -223,7 +222,7 @@ def _edits(stored: StoredRun, scenario: Scenario) -> list[str]:
 
 def _changed_plugins(stored: StoredRun) -> tuple[str, ...]:
     """What became of the plugin files that a run was made with, where they are not what they were."""
-    data = read_document(stored.scenario_yaml, str(stored.path)).data
+    data = read_document(stored.scenario_yaml, str(stored.scenario_file)).data
     said = []
     for each in data.get("plugins") or ():
         if not each.get("file"):
