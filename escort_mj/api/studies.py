@@ -13,9 +13,11 @@ from typing import TYPE_CHECKING, Any, Literal
 from escort_mj import stopping
 from escort_mj.api import loaded, scenarios_folder, study_path
 from escort_mj.api.shown import ShownPage
+from escort_mj.errors import UsageError
 from escort_mj.progress import Progress, shown_progress
 from escort_mj.scenario import Scenario
 from escort_mj.scenario.arguments import Count, NotNegative, Overrides, Source, StudySource, checked
+from escort_mj.scenario.findings import shown
 from escort_mj.study.engine.parallel import cores
 
 if TYPE_CHECKING:
@@ -183,7 +185,8 @@ def sweep(
         A table with one row per run: varied values, seed, outcome, every metric.
 
     Raises:
-        UsageError: If there is no such study, or if it is too large and not confirmed.
+        UsageError: If there is no such study, if it is too large and not confirmed, if no cluster answers, or
+            if the folder is a run's.
         ScenarioError: With all faults of the study.
         KeyboardInterrupt: On an interrupt; completed runs are kept, and the same call continues.
     """
@@ -192,6 +195,8 @@ def sweep(
     from escort_mj.study.sweeps.results import open_results
     from escort_mj.study.sweeps.sweep import TABLE, sweep_design, sweep_line
 
+    if scheduler is not None and backend != "dask":
+        raise UsageError(f"--scheduler {shown(scheduler)}: is for --backend dask; found --backend {backend}")
     design, folder, count = _lay_out(study, out, workers, confirmed, overrides)
     make = {"local": backends.local, "threads": backends.threads}.get(backend)
     at = backends.dask(count, scheduler) if make is None else make(count)
@@ -252,6 +257,7 @@ def compare(
         KeyboardInterrupt: On an interrupt; completed runs are kept, and the same call continues.
     """
     from escort_mj.files import make_folder, write_text
+    from escort_mj.record.folder import refuse_run
     from escort_mj.record.window import span_of
     from escort_mj.report.comparison import write_comparison
     from escort_mj.scenario import dump_scenario
@@ -263,6 +269,7 @@ def compare(
     file = (folder / "scenario.yaml").absolute()
     span = span_of(over, after, before)
     study = comparison_of(mission, file, _names(laws), _names(outer), seeds, span)
+    refuse_run(folder)
     make_folder(folder)
     write_text(file, dump_scenario(mission))
     done, results, ended = _run_all(_lay_out(study, folder, workers), "comparing", progress, again)
@@ -298,7 +305,6 @@ def reproduce(
         UsageError: If there is no such figure, or if a folder contains other files.
         KeyboardInterrupt: On an interrupt; completed runs are kept, and the same call continues.
     """
-    from escort_mj.errors import UsageError
     from escort_mj.report.pages.study_page import PAGE, write_study_page
     from escort_mj.study.sweeps.design import cells_where
     from escort_mj.study.sweeps.judged import FILES, judge_cells, judged_lines

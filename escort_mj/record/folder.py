@@ -60,6 +60,7 @@ __all__ = [
     "free_place",
     "is_run",
     "read_run",
+    "refuse_run",
 ]
 
 
@@ -262,6 +263,12 @@ class RunFolder:
             if len(time):
                 return f"{self.path} holds what was recorded up to {float(time[-1]):.2f} s"
         return f"{self.path} holds no sample"
+
+
+def refuse_run(folder: Path) -> None:
+    """Raises OccupiedError if a folder, in which results of a study are to be, is a run's."""
+    if is_run(folder):
+        raise OccupiedError(f"{folder}: holds a run; choose another folder")
 
 
 def free_place(path: Path, made_by: str = RUN) -> Path:

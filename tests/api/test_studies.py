@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import escort_mj
+from escort_mj.errors import UsageError
 from escort_mj.study.sweeps.definition import load_study
 
 SCENARIO = """
@@ -86,3 +87,22 @@ def test_a_study_may_be_a_mapping(study: str) -> None:
         escort_mj.ScenarioError, match=r"vary.robots.mass\[0\]: found 1j; expected text, a num"
     ):
         escort_mj.falsify(keys | {"vary": {"robots.mass": [1j]}})
+
+
+def test_where_a_study_cannot_be_made_is_one_error(study: str) -> None:
+    escort_mj.run("one.yaml", "kept", figures=False, video=False)
+    for make in (escort_mj.sweep, escort_mj.tune, escort_mj.falsify):
+        with pytest.raises(UsageError, match="kept: holds a run; choose another folder"):
+            make(study, "kept", workers=1)
+    with pytest.raises(UsageError, match="kept: holds a run"):
+        escort_mj.compare("one.yaml", "pd", out="kept", workers=1, duration=0.1)
+    assert escort_mj.open_run("kept").scenario.duration == 0.2
+    with pytest.raises(UsageError, match='--scheduler "foo": is for --backend dask; found --ba'):
+        escort_mj.sweep(study, scheduler="foo")
+
+
+@pytest.mark.parametrize("address", ["nonsense", "", "foo://x:1", "tcp://127.0.0.1:abc", "tls://x:1"])
+def test_what_is_no_address_of_a_cluster_is_one_error(study: str, address: str) -> None:
+    pytest.importorskip("distributed")
+    with pytest.raises(UsageError, match=f'no cluster answers at "{address}": '):
+        escort_mj.sweep(study, backend="dask", scheduler=address)

@@ -15,6 +15,7 @@ from typing import Any, TypeVar
 
 from escort_mj.errors import UsageError
 from escort_mj.mission.batch import in_threads
+from escort_mj.scenario.findings import shown
 from escort_mj.study.engine.cluster import cluster
 from escort_mj.study.engine.parallel import AHEAD, Died, Workers
 
@@ -85,8 +86,8 @@ def dask(workers: int, address: str | None = None) -> Iterator[Backend[Any, Any]
             logging.getLogger(name).setLevel(logging.CRITICAL)
         try:
             client = stack.enter_context(distributed.Client(where, timeout=CONNECTING))
-        except OSError as error:
-            raise UsageError(f"--backend dask: no cluster answers at {where}: {error}") from None
+        except (OSError, ValueError, TypeError) as error:  # the latter two of what is no address
+            raise UsageError(f"--backend dask: no cluster answers at {shown(where)}: {error}") from None
         if kill is not None:  # before the client asks a busy scheduler for leave to go
             stack.push(lambda kind, *_: kill() if kind is not None else None)
         yield partial(_as_they_come, client, workers)

@@ -18,7 +18,7 @@ from escort_mj.errors import Fault, UsageError, WriteError
 from escort_mj.files import MACHINE, alive, checked, identify, make_folder, remove_left
 from escort_mj.metrics import METRIC_NAMES
 from escort_mj.recognize import RESULTS as FILE
-from escort_mj.record.folder import FIGURES
+from escort_mj.record.folder import FIGURES, refuse_run
 from escort_mj.record.outcome import Number, Verdict
 
 FORMAT = 1
@@ -100,9 +100,10 @@ class Store:
         """Open the results in a folder, or create them, and remove what killed processes left half written.
 
         Raises:
-            UsageError: If the file is no store of this format, or cannot be written.
+            UsageError: If the folder is a run's, or the file is no store of this format or cannot be written.
             WriteError: If the folder cannot be made, or the disk is full or read-only.
         """
+        refuse_run(folder)
         self.path = folder / FILE
         self._owner = json.dumps(identify() | {"host": MACHINE}, sort_keys=True)
         try:
