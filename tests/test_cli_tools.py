@@ -51,6 +51,11 @@ def test_metrics_of_runs(command, tmp_path: Path) -> None:
         assert code == 2 and words in " ".join(err.split())
 
 
+def test_wrong_arguments_are_shown(command) -> None:
+    assert command("list", "lawz")[2].endswith("'commands'; did you mean \"laws\"?\n")
+    assert "Invalid value for '--seeds': found \"x\"; Input sh" in command("check", "main", "--seeds", "x")[2]
+
+
 def test_new_overwrites_nothing(command, tmp_path: Path) -> None:
     assert command("new", "five.yaml") == (2, "", "escort-mj: five.yaml: is there already\n")
     assert command("new", "..") == (2, "", "escort-mj: ..: is a folder; expected a file\n")

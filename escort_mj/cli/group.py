@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any
 
 import typer
@@ -9,21 +10,9 @@ from typer.core import TyperGroup
 
 from escort_mj.version import __version__
 
+INSPECT = "run check validate show metrics render report view rerun diff shrink judge"
 SECTIONS = {
-    "Run and inspect": (
-        "run",
-        "check",
-        "validate",
-        "show",
-        "metrics",
-        "render",
-        "report",
-        "view",
-        "rerun",
-        "diff",
-        "shrink",
-        "judge",
-    ),
+    "Run and inspect": tuple(INSPECT.split()),
     "Compare and search": ("compare", "sweep", "gains", "tune", "falsify", "reproduce"),
     "Write and convert": ("new", "export", "schema"),
     "Bring your own": ("check-robot", "check-plugin"),
@@ -34,6 +23,20 @@ SECTIONS = {
 
 class Commands(TyperGroup):
     """The commands, listed in sections with whole sentences."""
+
+    def invoke(self, ctx: Any) -> Any:
+        """Run a command; of a wrong argument it says what was found, and the nearest word that is allowed."""
+        try:
+            return super().invoke(ctx)
+        except typer.BadParameter as error:
+            from escort_mj.scenario.findings import did_you_mean, shown
+
+            word = re.fullmatch(r"(?:Value error, )?('(.*)' is not one of (.*))\.", error.message)
+            if word:
+                error.message = word[1] + did_you_mean(word[2], re.findall("'([^']+)'", word[3]))
+            for wrong in () if word else getattr(error.__cause__, "errors", tuple)():  # pydantic's
+                error.message = f"found {shown(wrong['input'])}; {error.message}"
+            raise
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:
         """Write each section with the whole first paragraph of its commands' help."""
