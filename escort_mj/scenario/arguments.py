@@ -269,7 +269,7 @@ def kind_of(annotation: Any, scope: dict[str, Any] | None = None) -> Kind:
         words = ", ".join(each.words for each in options[:-1]) + " or " + options[-1].words
         is_path = any(typing.get_origin(part) is os.PathLike for part in parts)
         return Kind(
-            words,
+            words.replace("a text", "a text that is not empty") if is_path else words,
             lambda value: (
                 not (is_path and isinstance(value, str) and not value)
                 and any(each.accepts(value) for each in options)

@@ -154,7 +154,7 @@ def test_a_page_of_a_run_in_memory(made: Run, one_figure: None, tmp_path: Path) 
         made.report(tmp_path / "page.pdf")
     with pytest.raises(UsageError, match="page.html: there is no folder"):
         made.report(tmp_path / "no" / "page.html")
-    with pytest.raises(UsageError, match='path: found ""; expected a text, a path or None'):
+    with pytest.raises(UsageError, match='path: found ""; expected a text that is not empty, a path or None'):
         made.report("")
 
 
