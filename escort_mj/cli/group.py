@@ -10,9 +10,21 @@ from typer.core import TyperGroup
 
 from escort_mj.version import __version__
 
-INSPECT = "run check validate show metrics render report view rerun diff shrink judge"
 SECTIONS = {
-    "Run and inspect": tuple(INSPECT.split()),
+    "Run and inspect": (
+        "run",
+        "check",
+        "validate",
+        "show",
+        "metrics",
+        "render",
+        "report",
+        "view",
+        "rerun",
+        "diff",
+        "shrink",
+        "judge",
+    ),
     "Compare and search": ("compare", "sweep", "gains", "tune", "falsify", "reproduce"),
     "Write and convert": ("new", "export", "schema"),
     "Bring your own": ("check-robot", "check-plugin"),

@@ -27,9 +27,21 @@ FIGURES, VIDEO, CLIP, REPORT, PLUGINS = "figures", "video.mp4", "clip.mp4", "rep
 ASSETS, STUDY_FILE = "assets", "study.yaml"
 VIDEOS = (VIDEO, "video.webp", "video.gif")  # GIFs are of earlier versions
 OURS = (
-    OUTCOME, SCENARIO, RESOLVED, MODEL, TRACE, METRICS, VERDICTS, JOURNAL, FIGURES, *VIDEOS, CLIP, REPORT,
-    PLUGINS, ASSETS,
-)  # fmt: skip
+    OUTCOME,
+    SCENARIO,
+    RESOLVED,
+    MODEL,
+    TRACE,
+    METRICS,
+    VERDICTS,
+    JOURNAL,
+    FIGURES,
+    *VIDEOS,
+    CLIP,
+    REPORT,
+    PLUGINS,
+    ASSETS,
+)
 
 
 @dataclass(frozen=True)
