@@ -106,3 +106,6 @@ def test_what_is_no_address_of_a_cluster_is_one_error(study: str, address: str) 
     pytest.importorskip("distributed")
     with pytest.raises(UsageError, match=f'no cluster answers at "{address}": '):
         escort_mj.sweep(study, backend="dask", scheduler=address)
+    import dask
+
+    assert dask.config.get("scheduler", None) is None  # what the user computes with Dask goes on

@@ -85,7 +85,7 @@ def dask(workers: int, address: str | None = None) -> Iterator[Backend[Any, Any]
         for name in [name for name in logging.root.manager.loggerDict if name.startswith("distributed")]:
             logging.getLogger(name).setLevel(logging.CRITICAL)
         try:
-            client = stack.enter_context(distributed.Client(where, timeout=CONNECTING))
+            client = stack.enter_context(distributed.Client(where, timeout=CONNECTING, set_as_default=False))
         except (OSError, ValueError, TypeError) as error:  # the latter two of what is no address
             raise UsageError(f"--backend dask: no cluster answers at {shown(where)}: {error}") from None
         if kill is not None:  # before the client asks a busy scheduler for leave to go
@@ -101,7 +101,7 @@ def _as_they_come(
 
     waiting = iter(jobs)
     flying: dict[Any, Job] = {}
-    results = as_completed(raise_errors=False)
+    results = as_completed(loop=client.loop, raise_errors=False)
 
     def launch() -> bool:
         job = next(waiting, None)
