@@ -49,7 +49,7 @@ class Now:
         self._samples, self._sizes, self._commanded = samples, sizes, commanded
 
     def __getitem__(self, name: str) -> Array:
-        """Return a copy of a signal of all missions, shape (N, *its dimensions without time).
+        """Return a copy of a signal of all missions: N rows, each with its dimensions without time.
 
         Raises:
             UsageError: If there is none of that name, or this mission does not record it.
