@@ -20,7 +20,7 @@ from escort_mj.scenario.schema.robots import RobotOverride
 from escort_mj.scenario.schema.scenario import Scenario
 
 OF_ONE_ROBOT = {(key,) for key in RobotOverride.model_fields}
-OF_NAMES = ("union_tag_invalid", "kind", "literal_error")  # errors of names that plugins may bring
+VERSION = ("version",)
 MOST_EXPLAINED = 100  # faults of a table; of the others it is said how many there are
 
 
@@ -36,7 +36,10 @@ def findings_of(
         known: Whether all components are known; else none is called unknown.
     """
     every = [details for details in error.errors(include_url=False) if not _is_echo(details)]
-    every = [details for details in every if known or details["type"] not in OF_NAMES]
+    if version := [details for details in every if details["loc"] == VERSION]:
+        every = version  # another version has other keys: nothing else can be said
+    elif not known:
+        every = [details for details in every if not _is_of_plugins(details)]
     found = [_finding(details, data, root) for details in every[:MOST_EXPLAINED]]
     rest = Counter(details["loc"][:1] for details in every[MOST_EXPLAINED:])
     return found + [
@@ -72,6 +75,12 @@ def _finding(details: ErrorDetails, data: Any, root: type[BaseModel]) -> Finding
     if found is None and location.field and not location.field.is_required():
         message += "; leave the key out for its default"
     return Finding(path, message)
+
+
+def _is_of_plugins(details: ErrorDetails) -> bool:
+    """Whether a component, an expectation or a metric is called unknown, which a plugin may bring."""
+    is_metric = details["type"] == "literal_error" and details["loc"][-1] == "metric"
+    return is_metric or details["type"] in ("union_tag_invalid", "kind")
 
 
 def _value_at(data: Any, path: Path) -> Any:
@@ -130,7 +139,7 @@ def _no_kind(found: Any, names: list[str]) -> str:
 def _wrong_choice(path: Path, found: Any, expected: str) -> str:
     names = [name.strip(" '") for name in expected.replace(" or ", ", ").split(",")]
     names = [{"True": "true", "False": "false"}.get(name, name) for name in names]  # as YAML writes them
-    if path == ("version",):
+    if path == VERSION:
         return f"found {shown(found)}; this program reads version {names[0]}"
     message = f"found {shown(found)}; allowed are {listed(names)}"
     if path == ("physics", "integrator") and str(found).upper() == "RK4":

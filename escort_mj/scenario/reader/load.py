@@ -324,9 +324,9 @@ def _checked(data: dict[str, Any], kind: type[Scenario]) -> tuple[Scenario | Non
         found = explain.findings_of(error, data, kind)
     else:
         return scenario, checks.findings_between_keys(scenario)
-    if version := [finding for finding in found if finding.path == ("version",)]:
-        return None, version  # another version has other keys: nothing else can be said
     paths = {finding.path for finding in found}
+    if explain.VERSION in paths:
+        return None, found
     rest = {key: value for key, value in data.items() if (key,) not in paths}
     wrong = {str(finding.path[0]) for finding in found}
     wrong |= {nearest(key, kind.model_fields) for key in wrong - kind.model_fields.keys()}  # what was meant

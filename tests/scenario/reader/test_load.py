@@ -206,3 +206,8 @@ def test_a_file_that_is_missing_hides_no_other_fault(tmp_path: Path, file: str) 
     lines = [fault.line for fault in caught.value.faults]
     own = [3] * ("robots" in file)  # a missing plugin may bring the law
     assert lines == [1, 2, *own, *[4] * (1 + len(own)), 5]
+
+
+def test_of_another_version_nothing_else_is_said_though_a_plugin_is_missing() -> None:
+    found = faults("version: 99\nplugins: [nope.py]\nnovel: {x: 1}\n")
+    assert [fault.split(": ")[1] for fault in found] == ["version", "plugins[0]"]
