@@ -124,7 +124,7 @@ def _marked(results: Results, told: bool) -> str:
     rivals, seeds = len(results.cells) - 1, len(results.runs) // len(results.cells)
     if rivals < 1 or 2.0 ** (1 - seeds) * rivals >= 1.0 - LEVEL:
         words = f"{len(results.cells)} with {counted(seeds, 'seed')}"
-        return f"Nothing is bold: no test can tell the best of {words}."
+        return f"Nothing is bold: by Wilcoxon's signed-rank test, none can be told the best of {words}."
     test = (
         f"better than each other controller that completed every run, by Wilcoxon's signed-rank test over "
         f"{counted(seeds, 'seed')}: p below {1.0 - LEVEL:.2g}, corrected for {counted(rivals, 'other')} "
