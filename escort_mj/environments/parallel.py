@@ -73,6 +73,8 @@ class EscortParallelEnv(ParallelEnv[str, Seen, NDArray[np.float32]], EzPickle):
             self.observation_spaces |= {agent: deepcopy(seen) for agent in self._opponents}
         act = spaces.Box(-1.0, 1.0, (simulation.axes,), np.float32)
         self.action_spaces = {agent: deepcopy(act) for agent in self.possible_agents}
+        limits = np.concatenate([self.observation_spaces[agent].high for agent in self.possible_agents])
+        self.state_space = spaces.Box(-limits, limits, dtype=np.float32)
 
     @property
     def agents(self) -> list[str]:
