@@ -1,5 +1,6 @@
 """Tethers: springs and cables between bodies, against closed forms; what is wrong with them."""
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -114,3 +115,26 @@ def test_a_robot_tows_the_target() -> None:
         mission={"radius": 2.0, "behaviors": ["surface"]},
     )
     assert escort_mj.run(scenario).values["tether_stretch_max"] > 0.0
+
+
+def test_it_holds_a_robot_of_a_file_where_its_hull_is(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Its base begins elsewhere."""
+    monkeypatch.chdir(tmp_path)
+    motors = "".join(f'<motor joint="{axis}" ctrlrange="-10 10"/>' for axis in "xy")
+    Path("robot.xml").write_text(
+        '<mujoco><worldbody><body name="base" pos="0 0 0.2"><joint name="x" type="slide" axis="1 0 0"/>'
+        '<joint name="y" type="slide" axis="0 1 0"/><geom size="0.2" pos="0.5 0.3 0" mass="1"/></body>'
+        f"</worldbody><actuator>{motors}</actuator></mujoco>"
+    )
+    robots = {"kind": {"kind": "mjcf", "file": "robot.xml"}, "positions": [[0.0, 0.0], [3.0, 0.0]]}
+    tethers = [{"between": [1, 2], "length": 2.5, "stiffness": 1.0}]
+    alone = {"target": None, "mission": {"behaviors": ["avoid_obstacles"]}}
+    mission = escort_mj.start({"duration": 0.02, "robots": {**robots, "tethers": tethers}, **alone})
+    data = mission.plant.data
+    assert data.ten_length[0] == pytest.approx(3.0)
+    sites = [data.site(f"tether_1_robot_{i}").xpos[:2] for i in (1, 2)]
+    np.testing.assert_allclose(sites, [[0.0, 0.0], [3.0, 0.0]], atol=1e-12)
+    mission.step(0.02)
+    assert mission.run().values["tether_stretch_max"] == pytest.approx(0.5, abs=1e-3)

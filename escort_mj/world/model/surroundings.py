@@ -159,7 +159,9 @@ def add_tethers(tree: Element, tethers: Sequence[Tether]) -> None:
         else:
             set_attributes(tendon, springlength=rest, stiffness=tether.stiffness)
         for end in tether.between:
-            body = child_named(world, "body", end if end == "target" else f"robot_{end}")
-            site = SubElement(body, "site", name=f"tether_{number}_{body.get('name')}")
+            name = end if end == "target" else f"robot_{end}"
+            hull = child_named(world, "geom", f"{name}_body")
+            body = next(each for each in world.iter("body") if hull in each)
+            site = SubElement(body, "site", name=f"tether_{number}_{name}", pos=hull.get("pos", "0 0 0"))
             set_attributes(site, size=TETHER, group=HIDDEN)
             SubElement(tendon, "site", site=site.attrib["name"])
