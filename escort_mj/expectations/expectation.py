@@ -9,7 +9,7 @@ from pydantic import Field, NonNegativeFloat, PositiveFloat
 
 from escort_mj.components.parameters import TEXT, Member
 from escort_mj.measuring import EMPTY
-from escort_mj.metrics.metric import moment_in, names, number, text
+from escort_mj.metrics.metric import Need, moment_in, names, number, text
 from escort_mj.metrics.watching import Watch
 from escort_mj.record.recording import Recorded, is_log, sealed
 from escort_mj.record.team import of_team
@@ -152,6 +152,11 @@ class Expectation(Member):
         """
         part = window(trace, *self.window_in(end_of(trace)))
         return self.judge(sealed(part)) if part.sizes["time"] else nothing_found(EMPTY, self.in_unit)
+
+    @property
+    def needs(self) -> tuple[Need, ...]:
+        """What a mission must have for there to be something to look at."""
+        return ()
 
     @property
     def subject(self) -> str:

@@ -10,7 +10,7 @@ from escort_mj.errors import PluginCallError
 from escort_mj.expectations.bound import Limits, held_against, order_faults
 from escort_mj.expectations.expectation import Fault, Judgment, OfTeam, Windowed, not_judged
 from escort_mj.metrics import METRICS
-from escort_mj.metrics.metric import Metric
+from escort_mj.metrics.metric import Metric, Need
 from escort_mj.metrics.watching import Watch
 from escort_mj.record.recording import is_log
 from escort_mj.record.window import Over, Span, span_faults
@@ -53,6 +53,11 @@ class MetricExpectation(OfTeam, Windowed):
     def lasting(self) -> bool:
         """Whether what does not hold of a part of a window does not hold of all of it."""
         return self.definition.grows and self.at_least is None
+
+    @property
+    def needs(self) -> tuple[Need, ...]:
+        """What a mission must have for the metric to have a value."""
+        return self.definition.needs
 
     @property
     def subject(self) -> str:

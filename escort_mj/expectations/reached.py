@@ -10,6 +10,7 @@ from escort_mj.expectations.bound import Limits, held_against, since
 from escort_mj.expectations.expectation import Deadline, Judgment, nothing_found
 from escort_mj.measuring import EMPTY
 from escort_mj.metrics.arrival import NO_GOALS, WAY_LEFT
+from escort_mj.metrics.metric import Need
 from escort_mj.metrics.watching import Fold, Watch, last_of, worst_of
 from escort_mj.record.recording import Recorded
 from escort_mj.record.window import window
@@ -30,6 +31,11 @@ class ReachedExpectation(Deadline):
 
     reached: Distance
     """Largest distance to the last goal [m]."""
+
+    @property
+    def needs(self) -> tuple[Need, ...]:
+        """Robots that have goals."""
+        return ("goals",)
 
     @property
     def watches(self) -> tuple[Watch, ...]:

@@ -8,6 +8,7 @@ from escort_mj.components.parameters import Distance
 from escort_mj.expectations.bound import Limits, held_against, since
 from escort_mj.expectations.expectation import Deadline, Judgment, OfTeam
 from escort_mj.measuring import measure
+from escort_mj.metrics.metric import Need
 from escort_mj.metrics.radius_error import LARGEST, RADIUS_ERROR
 from escort_mj.metrics.watching import Fold, Watch, last_of
 from escort_mj.record.recording import Recorded
@@ -25,6 +26,11 @@ class SettledExpectation(OfTeam, Deadline):
 
     settled: Distance
     """Largest deviation from the mission's radius [m]."""
+
+    @property
+    def needs(self) -> tuple[Need, ...]:
+        """There is a target to be around."""
+        return ("target",)
 
     @property
     def subject(self) -> str:

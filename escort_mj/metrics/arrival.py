@@ -70,13 +70,13 @@ WAY_LEFT = Course("way_left", SIGNALS, simple(way_left), name_robots)
 AWAY = Watch(Course("away", SIGNALS, simple(away), name_robots), Fold.LAST)
 
 
-@metric(unit="m", over="tail", grows=True, watched=False, rank=31, watches=(GOAL_DISTANCE,))
+@metric(unit="m", over="tail", grows=True, watched=False, rank=31, watches=(GOAL_DISTANCE,), needs=("goals",))
 def goal_distance_max(trace: Recorded) -> Measure:
     """Largest distance of a robot from its goal."""
     return worst_of(trace, GOAL_DISTANCE) if not lacks(trace, "goal") else Measure(None, reason=NO_GOALS)
 
 
-@metric(unit="s", watched=False, rank=32, moment=True, watches=(AWAY,))
+@metric(unit="s", watched=False, rank=32, moment=True, watches=(AWAY,), needs=("goals",))
 def arrival_time(trace: Recorded) -> Measure:
     """Time after which every robot stays within `reach` of its last goal (the makespan)."""
     if lacks(trace, "goal"):
@@ -84,7 +84,7 @@ def arrival_time(trace: Recorded) -> Measure:
     return last_of(trace, AWAY).measure("never arrives")
 
 
-@metric(unit="1", most=1.0, watched=False, more_is_better=True, rank=33, every_step=True)
+@metric(unit="1", most=1.0, watched=False, more_is_better=True, rank=33, every_step=True, needs=("goals",))
 def arrived(trace: Recorded) -> Measure:
     """Share of the robots that are within `reach` of their last goals at the end."""
     if lacks(trace, "goal"):
@@ -99,7 +99,7 @@ def path_length(trace: Recorded) -> Measure:
     return Measure(float(np.linalg.norm(np.diff(trace["q"].values, axis=0), axis=2).sum(axis=0).mean()))
 
 
-@metric(unit="s", least=-math.inf, watched=False, rank=36)
+@metric(unit="s", least=-math.inf, watched=False, rank=36, needs=("goals", "max_speed"))
 def extra_time_to_goal(trace: Recorded) -> Measure:
     """Mean over robots of the time until each stays at its last goal, less that straight at the speed limit.
 
@@ -116,7 +116,7 @@ def extra_time_to_goal(trace: Recorded) -> Measure:
     return Measure(float((time[row] - time[0] - way / float(trace.attrs["max_speed"])).mean()))
 
 
-@metric(unit="1", most=1.0, watched=False, more_is_better=True, rank=37)
+@metric(unit="1", most=1.0, watched=False, more_is_better=True, rank=37, needs=("goals",))
 def success_by_path_length(trace: Recorded) -> Measure:
     """Mean over robots of straight way by way taken (at most 1), 0 for who is not at its last goal (SPL)."""
     if lacks(trace, "goal"):

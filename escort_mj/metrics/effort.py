@@ -40,7 +40,7 @@ def target_energy(trace: Recorded) -> Measure:
     return _driven(trace, targets, "no force drives the target" if escorts(trace) else NO_TARGET)
 
 
-@metric(unit="J", grows=True, watched=False, rank=124, every_step=True)
+@metric(unit="J", grows=True, watched=False, rank=124, every_step=True, needs=("opponents",))
 def opponents_energy(trace: Recorded) -> Measure:
     """Integral of |driving force . velocity| of opponents on their way, sum over opponents."""
     count = trace["opponent_status"].values.shape[1] if not lacks(trace, "opponent_status") else 0

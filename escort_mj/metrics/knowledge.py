@@ -105,25 +105,54 @@ CONNECTIVITY = Watch(Course("connectivity", ("heard_from", "lost"), simple(_conn
 APART = Watch(Course("disconnected", ("heard_from", "lost"), simple(_apart)), Fold.MEAN)
 
 
-@metric(unit="m", over="tail", grows=True, watched=False, rank=50, of_team=True, watches=(SQUARE_ERROR,))
+@metric(
+    unit="m",
+    over="tail",
+    grows=True,
+    watched=False,
+    rank=50,
+    of_team=True,
+    watches=(SQUARE_ERROR,),
+    needs=("beliefs",),
+)
 def estimate_error_rms(trace: Recorded) -> Measure:
     """Root mean square of the distance between the robots' estimates of the target and the target."""
     return _nothing(trace) or Measure(math.sqrt(mean_of(trace, SQUARE_ERROR)))
 
 
-@metric(unit="m", over="tail", grows=True, watched=False, rank=51, of_team=True, watches=(DISAGREEMENT,))
+@metric(
+    unit="m",
+    over="tail",
+    grows=True,
+    watched=False,
+    rank=51,
+    of_team=True,
+    watches=(DISAGREEMENT,),
+    needs=("beliefs",),
+)
 def disagreement_max(trace: Recorded) -> Measure:
     """Largest distance of a robot's estimate of the target from the mean of all estimates."""
     return _nothing(trace) or worst_of(trace, DISAGREEMENT)
 
 
-@metric(unit="s", over="tail", grows=True, watched=False, rank=52, of_team=True, watches=(AGE,))
+@metric(
+    unit="s",
+    over="tail",
+    grows=True,
+    watched=False,
+    rank=52,
+    of_team=True,
+    watches=(AGE,),
+    needs=("beliefs",),
+)
 def information_age_max(trace: Recorded) -> Measure:
     """Largest age of the newest measurement of the target that a robot knows of."""
     return _nothing(trace) or worst_of(trace, AGE)
 
 
-@metric(unit="1", over="tail", watched=False, rank=53, of_team=True, watches=(NORMALIZED,))
+@metric(
+    unit="1", over="tail", watched=False, rank=53, of_team=True, watches=(NORMALIZED,), needs=("beliefs",)
+)
 def estimate_consistency(trace: Recorded) -> Measure:
     """Mean normalized estimation error squared (NEES) of the position, per axis; 1 if consistent."""
     if nothing_there := _nothing(trace):
@@ -134,13 +163,13 @@ def estimate_consistency(trace: Recorded) -> Measure:
     return Measure(mean_of(trace, NORMALIZED))
 
 
-@metric(unit="1/s", watched=False, rank=54, every_step=True)
+@metric(unit="1/s", watched=False, rank=54, every_step=True, needs=("messages",))
 def message_rate(trace: Recorded) -> Measure:
     """Messages sent per second, mean over robots."""
     return _per_second(trace, "messages_sent")
 
 
-@metric(unit="1", most=1.0, watched=False, rank=55, every_step=True)
+@metric(unit="1", most=1.0, watched=False, rank=55, every_step=True, needs=("messages",))
 def messages_lost_share(trace: Recorded) -> Measure:
     """Share of messages that are lost on the way to robots in range."""
     if lacks(trace, "messages_lost"):
@@ -159,6 +188,7 @@ def messages_lost_share(trace: Recorded) -> Measure:
     rank=56,
     of_team=True,
     watches=(CONNECTIVITY,),
+    needs=("messages",),
 )
 def connectivity_min(trace: Recorded) -> Measure:
     """Minimum second-smallest eigenvalue of the communication graph's Laplacian; 0 if ever disconnected."""
@@ -169,7 +199,7 @@ def connectivity_min(trace: Recorded) -> Measure:
     return worst_of(trace, CONNECTIVITY)
 
 
-@metric(unit="s", watched=False, rank=57, of_team=True, watches=(APART,))
+@metric(unit="s", watched=False, rank=57, of_team=True, watches=(APART,), needs=("messages",))
 def disconnected_time(trace: Recorded) -> Measure:
     """Time during which the communication graph is disconnected."""
     if lacks(trace, "heard_from"):

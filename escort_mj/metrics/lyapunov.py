@@ -18,7 +18,7 @@ def _changed_by(trace: Recorded, cause: str) -> np.ndarray:
     return trace["lyapunov_change"].values[:, :, CAUSES.index(cause)]
 
 
-@metric(unit="J", grows=True, watched=False, rank=270)
+@metric(unit="J", grows=True, watched=False, rank=270, needs=("truth", "sliding_mode"))
 def lyapunov_rise(trace: Recorded) -> Measure:
     """Largest rise of a robot's V1 above its minimum so far, excluding the effect of the reference."""
     if lacks(trace, "lyapunov"):
@@ -28,7 +28,7 @@ def lyapunov_rise(trace: Recorded) -> Measure:
     return largest_of(trace, value - np.minimum.accumulate(value, axis=0), robot)
 
 
-@metric(unit="J", grows=True, watched=False, rank=280)
+@metric(unit="J", grows=True, watched=False, rank=280, needs=("truth", "sliding_mode"))
 def lyapunov_unexplained(trace: Recorded) -> Measure:
     """Sum of |change of V1 without a known cause| over robots and samples."""
     if lacks(trace, "lyapunov"):

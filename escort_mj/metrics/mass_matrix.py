@@ -20,7 +20,7 @@ def _residual(trace: Recorded, name: str) -> Measure:
     return largest_of(trace, trace[name].values, robot) if name in trace else Measure(None, reason=UNTOLD)
 
 
-@metric(unit="kg", watched=False, rank=230)
+@metric(unit="kg", watched=False, rank=230, needs=("truth",))
 def mass_eigenvalue_min(trace: Recorded) -> Measure:
     """Smallest eigenvalue of a robot's mass matrix (property 1)."""
     if lacks(trace, "mass_matrix"):
@@ -28,7 +28,7 @@ def mass_eigenvalue_min(trace: Recorded) -> Measure:
     return least_of(trace, _eigenvalues(trace)[..., 0], robot)
 
 
-@metric(unit="kg", grows=True, watched=False, rank=240)
+@metric(unit="kg", grows=True, watched=False, rank=240, needs=("truth",))
 def mass_eigenvalue_max(trace: Recorded) -> Measure:
     """Largest eigenvalue of a robot's mass matrix (property 1)."""
     if lacks(trace, "mass_matrix"):
@@ -36,13 +36,13 @@ def mass_eigenvalue_max(trace: Recorded) -> Measure:
     return largest_of(trace, _eigenvalues(trace)[..., -1], robot)
 
 
-@metric(unit="kg/s", grows=True, watched=False, rank=250)
+@metric(unit="kg/s", grows=True, watched=False, rank=250, needs=("truth",))
 def skew_residual(trace: Recorded) -> Measure:
     """Largest entry of the symmetric part of dM/dt - 2 C (property 2)."""
     return _residual(trace, "skew_residual")
 
 
-@metric(unit="N", grows=True, watched=False, rank=260)
+@metric(unit="N", grows=True, watched=False, rank=260, needs=("truth",))
 def coriolis_residual(trace: Recorded) -> Measure:
     """Largest difference between C v + g and MuJoCo's bias force."""
     return _residual(trace, "coriolis_residual")

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable
 from importlib import import_module
 from pkgutil import iter_modules
 from types import ModuleType
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, Literal, NamedTuple, TypeVar, get_args
 
 import numpy as np
 
@@ -19,6 +19,20 @@ from escort_mj.record.recording import Recorded, is_log, lent, sealed
 from escort_mj.record.window import OVERS, Over, Span, end_of, rate_of
 
 F = TypeVar("F", bound=Callable[..., Any])
+Need = Literal[
+    "beliefs",
+    "goals",
+    "links",
+    "max_speed",
+    "messages",
+    "opponents",
+    "sliding_mode",
+    "target",
+    "tethers",
+    "truth",
+]
+NEEDS = get_args(Need)
+"""What of a mission metrics and expectations can be about."""
 _MARK = "__escort_mj_metric__"
 KINDS = ("mean", "max", "min", "rms", "share")  # last words of names that say of what kind a number is
 
@@ -108,6 +122,7 @@ class Metric(NamedTuple):
         moment: Whether it is a moment of the run, which is looked for in all of it.
         watches: What an expectation of it asks about every physics step: then it counts these, too.
         leaves_out: Whether robots that have failed are no part of it, so that a verdict names them.
+        needs: What a mission must have for it to have a value.
     """
 
     name: str
@@ -127,6 +142,7 @@ class Metric(NamedTuple):
     moment: bool = False
     watches: tuple[Watch, ...] = ()
     leaves_out: bool = False
+    needs: tuple[Need, ...] = ()
 
     @property
     def title(self) -> str:
@@ -222,6 +238,7 @@ def metric(
     moment: bool = False,
     watches: tuple[Watch, ...] = (),
     leaves_out: bool = False,
+    needs: tuple[Need, ...] = (),
     tail: object = None,
 ) -> Callable[[F], F]:
     """Make a function of a trace a metric: in metrics.json, and in expectations, by the function's name.
@@ -249,6 +266,8 @@ def metric(
         moment: Whether it is a moment of the run, which is looked for in all of it.
         watches: What an expectation of it asks about every physics step: then it counts these, too.
         leaves_out: Whether robots that have failed are no part of it, so that a verdict names them.
+        needs: What a mission must have for it to have a value, such as `("goals",)`: where a scenario lacks
+            it, an expectation of the metric is an error.
         tail: Of earlier versions; `over` says it now.
 
     Raises:
@@ -269,6 +288,8 @@ def metric(
             raise UsageError(f"@metric({name}={flag!r}): expected True or False")
     if dear is not None and not callable(dear):
         raise UsageError(f"@metric(dear={dear!r}): expected a function of a trace")
+    if not isinstance(needs, tuple) or any(need not in NEEDS for need in needs):
+        raise UsageError(f"@metric(needs={needs!r}): expected a tuple of some of {', '.join(NEEDS)}")
     if not isinstance(unit, str) or not unit:
         raise UsageError(f'@metric(unit={unit!r}): expected a unit, such as "m", or "1" for none')
     if least > most:
@@ -295,6 +316,7 @@ def metric(
             moment,
             watches,
             leaves_out or of_team,
+            needs,
         )
         setattr(function, _MARK, made)
         return function

@@ -59,20 +59,26 @@ def _ended(trace: Recorded, status: int) -> Measure:
 
 
 @metric(
-    unit="1", watched=False, more_is_better=True, rank=41, watches=(WATCHES[INTERCEPTED],), every_step=True
+    unit="1",
+    watched=False,
+    more_is_better=True,
+    rank=41,
+    watches=(WATCHES[INTERCEPTED],),
+    every_step=True,
+    needs=("opponents",),
 )
 def opponents_intercepted(trace: Recorded) -> Measure:
     """Number of opponents that robots have intercepted."""
     return _ended(trace, INTERCEPTED)
 
 
-@metric(unit="1", watched=False, rank=42, watches=(WATCHES[REACHED],), every_step=True)
+@metric(unit="1", watched=False, rank=42, watches=(WATCHES[REACHED],), every_step=True, needs=("opponents",))
 def opponents_breached(trace: Recorded) -> Measure:
     """Number of opponents that have reached the target."""
     return _ended(trace, REACHED)
 
 
-@metric(unit="s", watched=False, more_is_better=True, rank=43)
+@metric(unit="s", watched=False, more_is_better=True, rank=43, needs=("opponents",))
 def threat_time_min(trace: Recorded) -> Measure:
     """Shortest time to a target for an approaching opponent that heads straight for it at its speed."""
     if lacks(trace, "opponent_status"):

@@ -33,7 +33,7 @@ SHAPED = ("surface", "vertices")
 NO_PLACE = "robots have neither goals nor places in a formation"
 
 
-@metric(unit="1", watched=False, rank=35)
+@metric(unit="1", watched=False, rank=35, needs=("goals",))
 def stuck(trace: Recorded) -> Measure:
     """Number of robots that end away from their places and have been at rest there for 5 s.
 

@@ -134,6 +134,7 @@ def order(trace: Recorded) -> Measure:
     rank=85,
     of_team=True,
     watches=(UNION,),
+    needs=("links",),
 )
 def union(trace: Recorded) -> Measure:
     """Mean over time of (n - c) / (n - 1), if n robots hear or see each other in c groups; 1 if in one.
@@ -153,6 +154,7 @@ def union(trace: Recorded) -> Measure:
     rank=86,
     of_team=True,
     watches=(CONNECTIVITY,),
+    needs=("links",),
 )
 def connectivity(trace: Recorded) -> Measure:
     """Mean algebraic connectivity of the graph of `union`, divided by the number of robots; 1 if complete."""

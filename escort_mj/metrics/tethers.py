@@ -42,7 +42,15 @@ def _names(trace: Recorded) -> Callable[[int], Bodies]:
 STRETCH = Watch(Course("tether_stretch", ("q", "target_position"), simple(_stretches), _names), Fold.LARGEST)
 
 
-@metric(unit="m", least=-math.inf, more_is_better=False, rank=150, every_step=True, watches=(STRETCH,))
+@metric(
+    unit="m",
+    least=-math.inf,
+    more_is_better=False,
+    rank=150,
+    every_step=True,
+    watches=(STRETCH,),
+    needs=("tethers",),
+)
 def tether_stretch_max(trace: Recorded) -> Measure:
     """Maximum distance between the bodies on a tether, beyond its length; negative where all are slack."""
     return worst_of(trace, STRETCH) if len(tethers(trace)) else Measure(None, reason=UNTETHERED)

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 from escort_mj.expectations.expectation import Expectation, Sides
 from escort_mj.expectations.outcome import OutcomeExpectation
+from escort_mj.metrics.metric import Need
 from escort_mj.monitor.signals import FLOOR, GROUPS, ROBOTS, TARGET
 from escort_mj.numerics.steps import first_step, last_step
 from escort_mj.scenario.findings import Finding, Path, did_you_mean, shown
@@ -13,38 +14,20 @@ from escort_mj.scenario.mission import Mission
 from escort_mj.scenario.schema.scenario import Scenario
 
 MOST_NAMES = 8  # listed in a message
-GOALS = "robots have no goals"
-SPEED = "there is no speed limit (mission.max_speed)"
-OPPONENTS = "there are no opponents"
-BELIEFS = "all robots know what the team's sensors show (knowledge, communication)"
-MESSAGES = "robots do not communicate (communication)"
-TETHERS = "no robot is on a tether (robots.tethers)"
-LINKS = "robots do not communicate, and see each other at any distance (communication, sensing.radius.robots)"
-TRUTH = "the truth is not recorded (recording.truth)"
-LYAPUNOV = "not all robots have one sliding-mode law (controller), whose Lyapunov function it is"
-NEEDS: dict[str, tuple[str, ...]] = (
-    dict.fromkeys(
-        ("reached", "goal_distance_max", "arrival_time", "arrived", "stuck", "success_by_path_length"),
-        (GOALS,),
-    )
-    | dict.fromkeys(
-        ("opponents_intercepted", "opponents_breached", "threat_time_min", "opponents_energy"), (OPPONENTS,)
-    )
-    | dict.fromkeys(
-        ("estimate_error_rms", "disagreement_max", "information_age_max", "estimate_consistency"), (BELIEFS,)
-    )
-    | dict.fromkeys(
-        ("message_rate", "messages_lost_share", "connectivity_min", "disconnected_time"), (MESSAGES,)
-    )
-    | dict.fromkeys(("union", "connectivity"), (LINKS,))
-    | dict.fromkeys(
-        ("mass_eigenvalue_min", "mass_eigenvalue_max", "skew_residual", "coriolis_residual"), (TRUTH,)
-    )
-    | dict.fromkeys(("lyapunov_rise", "lyapunov_unexplained"), (TRUTH, LYAPUNOV))
-)
-"""What metrics and expectations need, by their names, in the words for its lack."""
-NEEDS["extra_time_to_goal"] = (GOALS, SPEED)
-NEEDS["tether_stretch_max"] = (TETHERS,)
+LACKS: dict[Need, str] = {
+    "beliefs": "all robots know what the team's sensors show (knowledge, communication)",
+    "goals": "robots have no goals",
+    "links": "robots do not communicate, and see each other at any distance "
+    "(communication, sensing.radius.robots)",
+    "max_speed": "there is no speed limit (mission.max_speed)",
+    "messages": "robots do not communicate (communication)",
+    "opponents": "there are no opponents",
+    "sliding_mode": "not all robots have one sliding-mode law (controller), whose Lyapunov function it is",
+    "target": "there is no target (target: null)",
+    "tethers": "no robot is on a tether (robots.tethers)",
+    "truth": "the truth is not recorded (recording.truth)",
+}
+"""Words for what a mission lacks."""
 
 
 def check_bounds(mission: Mission) -> Iterator[Finding]:
@@ -91,23 +74,24 @@ def check_told(mission: Mission) -> Iterator[Finding]:
     """What expectations measure is there: goals, opponents, what robots know and say, the truth."""
     scenario = mission.scenario
     stacks = [scenario.mission.behaviors, *(phase.behaviors for phase in scenario.mission.supervisor)]
-    there = {
-        GOALS: any(behavior.arrives_within for stack in stacks for behavior in stack),
-        TETHERS: bool(scenario.robots.tethers),
-        SPEED: scenario.mission.max_speed is not None,
-        OPPONENTS: bool(scenario.opponents),
-        BELIEFS: scenario.knowledge is not None or scenario.communication is not None,
-        MESSAGES: scenario.communication is not None,
-        LINKS: scenario.communication is not None or scenario.sensing.radius.robots is not None,
-        TRUTH: scenario.recording.truth,
-        LYAPUNOV: len(scenario.laws) == 1 and scenario.laws[0].has_lyapunov,
+    there: dict[Need, bool] = {
+        "beliefs": scenario.knowledge is not None or scenario.communication is not None,
+        "goals": any(behavior.arrives_within for stack in stacks for behavior in stack),
+        "links": scenario.communication is not None or scenario.sensing.radius.robots is not None,
+        "max_speed": scenario.mission.max_speed is not None,
+        "messages": scenario.communication is not None,
+        "opponents": bool(scenario.opponents),
+        "sliding_mode": len(scenario.laws) == 1 and scenario.laws[0].has_lyapunov,
+        "target": scenario.target is not None or bool(scenario.teams),
+        "tethers": bool(scenario.robots.tethers),
+        "truth": scenario.recording.truth,
     }
     for index, expectation in enumerate(scenario.expect):
-        name = getattr(expectation, "metric", expectation.kind)
-        lacking = [needed for needed in NEEDS.get(name, ()) if not there[needed]]
+        lacking = [need for need in expectation.needs if not there[need]]
         if lacking and expectation.skip is None:
-            key = "metric" if name != expectation.kind else expectation.kind
-            yield Finding(("expect", index, key), f"found {name}, but {lacking[0]}: it would have no value")
+            name = getattr(expectation, "metric", expectation.kind)
+            words = f"found {name}, but {LACKS[lacking[0]]}: it would have no value"
+            yield Finding(("expect", index, expectation.kind), words)
 
 
 def check_sides(mission: Mission) -> Iterator[Finding]:

@@ -32,10 +32,6 @@ def check_target(mission: Mission) -> Iterator[Finding]:
                 f"found {behavior.behavior}, which needs a target; this mission has none (target: null)",
                 related=(("target",),),
             )
-    for index, expectation in enumerate(scenario.expect):
-        if expectation.kind == "settled":
-            words = "found settled, the distance to the target; this mission has none: reached is of goals"
-            yield Finding(("expect", index), words)
     for index, phase in enumerate(scenario.mission.supervisor):
         if phase.when is not None and "target" in phase.when.looks_at:
             yield Finding(
