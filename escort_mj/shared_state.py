@@ -25,7 +25,7 @@ _PACKAGE = __name__.partition(".")[0]
 _OWN = f"{_PACKAGE}."  # how names of this program's modules begin
 _LIBRARIES = (
     *("builtins", "json", "math", "numpy", "numpy.linalg", "numpy.random"),
-    *("os", "random", "signal", "sys", "time", "warnings"),
+    *("os", "os.path", "random", "signal", "sys", "time", "warnings"),
 )
 _WRAPPED = (classmethod, staticmethod, property)
 _SIGNALS = sorted(int(number) for number in signal.valid_signals() if number < 32)
