@@ -230,7 +230,9 @@ class Own(RobotKind):
 )
 def test_what_a_plugin_replaces_while_it_is_loaded_is_put_right_again(tmp_path, line):
     """Though it is looked for with functions of the same modules."""
-    (tmp_path / "own.py").write_text(f"import os, random\nfrom escort_mj.plugins import Law\n{METRIC}\n{line}\n")
+    (tmp_path / "own.py").write_text(
+        f"import os, random\nfrom escort_mj.plugins import Law\n{METRIC}\n{line}\n"
+    )
     with pytest.raises(PluginError, match=f"it replaces .*{line.partition(' ')[0].rpartition('.')[2]}"):
         load_plugin(source_of("own.py", tmp_path))
     (tmp_path / "good.py").write_text(METRIC)
