@@ -11,6 +11,7 @@ import fcntl
 import json
 import math
 import os
+import shutil
 import threading
 from collections.abc import Collection, Iterator, Mapping
 from contextlib import contextmanager, suppress
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
 
 PARTIAL = ".partial"  # how the name of a file begins that is not whole yet; machine and process follow
 MACHINE = os.uname().nodename
+OWNER = "escort_mj.json"  # in a temporary folder: which process it is of
 
 
 @contextmanager
@@ -88,6 +90,25 @@ def remove_left(folder: Path) -> None:
         if process.isdecimal() and not alive({"pid": process, "process_start": _start(int(process))}):
             with suppress(OSError):
                 path.unlink()
+
+
+def temporary_folder() -> Path:
+    """Return this process's folder for temporary files, which is multiprocessing's and goes with the process.
+
+    The first call removes those of processes of this machine that were killed.
+    """
+    from multiprocessing.util import get_temp_dir
+
+    folder = Path(get_temp_dir())
+    if not (folder / OWNER).exists():
+        for left in folder.parent.glob(f"pymp-*/{OWNER}"):
+            with suppress(OSError, RunFolderError, AttributeError):
+                owner = read_json(left)
+                if owner.get("host") == MACHINE and not alive(owner):
+                    shutil.rmtree(left.parent)
+        with suppress(WriteError):
+            write_json(folder / OWNER, identify() | {"host": MACHINE})
+    return folder
 
 
 def check_place(path: Path, kinds: Collection[str] = ()) -> None:

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from escort_mj.api.shown import ShownPage, ShownVideo
 from escort_mj.errors import UsageError
+from escort_mj.files import temporary_folder
 from escort_mj.measuring import metric_value
 from escort_mj.mission import NOT_KEPT, Flight, save
 from escort_mj.record.folder import VIDEO, RunFolder, StoredRun
@@ -362,7 +363,7 @@ class Run:
         if self.folder is not None:
             return self.folder
         if self._temporary is None:
-            made = tempfile.TemporaryDirectory(prefix="escort_mj_")
+            made = tempfile.TemporaryDirectory(dir=temporary_folder())
             self.save(Path(made.name) / self.name)
             self._temporary = made
         return Path(self._temporary.name) / self.name

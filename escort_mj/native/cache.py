@@ -21,7 +21,7 @@ from functools import cache, cached_property
 from pathlib import Path
 
 from escort_mj.errors import WriteError
-from escort_mj.files import replaced
+from escort_mj.files import replaced, temporary_folder
 from escort_mj.native.levels import level
 
 FOLDER = "ESCORT_MJ_CACHE_DIR"
@@ -194,7 +194,7 @@ class Shelf:
                 self.read_only = wanted
         except OSError as error:
             _say(f"{wanted}: {error.strerror}; {AGAIN}")
-        return _temporary()
+        return Path(tempfile.mkdtemp(dir=temporary_folder()))
 
     def write(self, name: str, content: bytes) -> None:
         """Write a file, at once or not at all, with a digest that tells if it is ever damaged."""
@@ -255,15 +255,6 @@ def _unsafe(status: os.stat_result) -> str:
     if status.st_mode & (stat.S_IWGRP | stat.S_IWOTH):
         return "can be written by other users"
     return ""
-
-
-def _temporary() -> Path:
-    """A folder that goes with this process."""
-    from multiprocessing.util import Finalize  # unlike atexit's, done in worker processes as well
-
-    path = Path(tempfile.mkdtemp(prefix="escort_mj-"))
-    Finalize(None, shutil.rmtree, (path, True), exitpriority=0)
-    return path
 
 
 def _remove_oldest(folder: Path, most: int) -> None:

@@ -1,4 +1,7 @@
 import json
+import os
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -71,3 +74,13 @@ class TestARunThatDies:
         assert stored.outcome["outcome"] == "killed"
         assert stored.trace.sizes["time"] > 0
         assert outcome_of(path)["outcome"] == "running"
+
+
+def test_what_killed_processes_left_among_temporary_files_goes_with_the_next(tmp_path):
+    code = "import os; from escort_mj.files import temporary_folder; temporary_folder(); os.kill(0, {})"
+    left = []
+    for number in (9, 9, 0):
+        command, place = [sys.executable, "-c", code.format(number)], {"TMPDIR": str(tmp_path)}
+        subprocess.run(command, env=os.environ | place, start_new_session=True)
+        left.append(len([*tmp_path.iterdir()]))
+    assert left == [1, 1, 0]

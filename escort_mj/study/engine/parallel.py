@@ -22,6 +22,7 @@ from typing import Any, TypeVar
 
 from escort_mj import stopping, supervised
 from escort_mj.errors import EscortError
+from escort_mj.files import temporary_folder
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -58,6 +59,7 @@ def parent_of_workers() -> ForkServerContext:
     context = ForkServerContext()
     context.set_forkserver_preload([FORKED, WORK])
     with stopping.deferred():
+        temporary_folder()
         resource_tracker.ensure_running()  # which would end the block below
         mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})  # which the process inherits
         before = _parent()
@@ -199,7 +201,7 @@ class Workers:
             os._exit(1)
         self._count = count
         self._workers: list[_Worker] = []
-        self._pages = tempfile.TemporaryDirectory(prefix="escort_mj_", ignore_cleanup_errors=True)
+        self._pages = tempfile.TemporaryDirectory(dir=temporary_folder(), ignore_cleanup_errors=True)
 
     def __enter__(self) -> Workers:
         return self
