@@ -248,7 +248,8 @@ def run_program() -> None:
         sys.exit(error.exit_code)
     except Exception as error:
         stopping.raise_if_interrupted()
-        if isinstance(error, OSError) and error.errno in DISK:
+        # The latter is what Python says where no disk has room.
+        if isinstance(error, OSError) and (error.errno in DISK or "No usable temporary" in str(error)):
             name = error.filename or "a temporary file"
             say(f"escort-mj: {name}: cannot be written: {error.strerror}", err=True)
             sys.exit(BROKEN)
