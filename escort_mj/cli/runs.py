@@ -74,15 +74,14 @@ def run_command(
         say(note, err=True)
     with drawing_figures() if figures else nullcontext() as draw_figures:
         with (
-            stopping.keeping(lambda: _interrupted(path)),
+            stopping.keeping(lambda: _interrupted(path, out, overwrite)),
             created as folder,
             progress_bar("simulating", " s") as progress,
         ):
             result = api.fly(mission, folder, progress, interpret=given["interpreted"])
         for line in _lines(result):
             tell(line)
-        with stopping.keeping(lambda: f"the run is complete; escort-mj render {shown_path(path)} draws it"):
-            written = draw(path, draw_figures, video, report)
+        written = draw(path, draw_figures, video, report)
     told = judged(result, path, written) | {"outcome": result.outcome.value}
     return Answer([wrote(path, written)], told, exit_code(result))
 
@@ -247,7 +246,9 @@ def wrote(folder: Path, written: list[str]) -> str:
 def draw(folder: Path, draw_figures: Draw | None, video: bool, report: bool) -> list[str]:
     """Draw the requested files, figures by a function if at all, and return the contents of the folder."""
     written = ["scenario.yaml", "resolved.yaml", "model.xml", "trace.nc", "metrics.json", "verdicts.json"]
-    with drawing_video(folder) if video else nullcontext(lambda: False) as rendered:
+    complete = f"the run is complete; escort-mj render {shown_path(folder)} draws it"
+    film = drawing_video(folder) if video else nullcontext(lambda: False)
+    with stopping.keeping(lambda: complete), film as rendered:
         if draw_figures is not None:
             with progress_bar("drawing the figures", "", announced=True):
                 written.append(f"figures/ ({len(draw_figures(folder))})")
@@ -260,7 +261,7 @@ def draw(folder: Path, draw_figures: Draw | None, video: bool, report: bool) -> 
     return written
 
 
-def _interrupted(folder: Path) -> str:
+def _interrupted(folder: Path, out: Path | None, overwrite: bool) -> str:
     """What an interrupted run has left."""
     from escort_mj.record.folder import is_run
     from escort_mj.record.stored import read_outcome
@@ -269,7 +270,8 @@ def _interrupted(folder: Path) -> str:
     if said["pid"] != os.getpid() or not said.get("simulated_time"):
         return "the run had not taken its first step"
     end = "the whole run" if said["outcome"] == "completed" else f"the run up to then: {said['message']}"
-    return f"{shown_path(folder)} holds {end}; the same command makes the run from its start, beside it"
+    where = "" if overwrite else ", beside it" if out is None else ", in its place with --overwrite"
+    return f"{shown_path(folder)} holds {end}; the same command makes the run from its start{where}"
 
 
 def _lines(result: Flight) -> list[str]:

@@ -64,7 +64,7 @@ __all__ = [
 ]
 
 
-RUN, CHECK, STUDY = "run", "check", "study"  # what can have made a run
+RUN, CHECK, STUDY, RERUN = "run", "check", "study", "rerun"  # what can have made a run
 
 
 class OccupiedError(UsageError):
@@ -95,12 +95,12 @@ class RunFolder:
     def create(cls, path: Path, made_by: str = RUN, overwrite: bool = False) -> RunFolder:
         """Make a folder ready for a run.
 
-        Checks and studies replace runs that they have made there before; any other run stays, unless it
-        recorded nothing.
+        Checks, studies and reruns replace runs that they have made there before; any other run stays, unless
+        it recorded nothing.
 
         Args:
             path: The folder.
-            made_by: `run`, `check` or `study`.
+            made_by: `run`, `check`, `study` or `rerun`.
             overwrite: Whether an earlier run may be replaced, whatever has made it.
 
         Raises:

@@ -15,7 +15,7 @@ from escort_mj.measuring import measures_of
 from escort_mj.metrics import METRICS
 from escort_mj.mission import Progress, fly
 from escort_mj.recognize import OUTCOME, RESOLVED, SCENARIO
-from escort_mj.record.folder import RunFolder, StoredRun, read_run
+from escort_mj.record.folder import RERUN, RunFolder, StoredRun, read_run
 from escort_mj.record.outcome import FINAL, Outcome, Verdict
 from escort_mj.record.recording import is_log, versions_of
 from escort_mj.record.stored import PLUGINS, TRACE
@@ -141,7 +141,7 @@ def rerun_folder(
     if out is None:
         run = fly(scenario, None, progress)
     else:
-        with RunFolder.create(out) as folder:
+        with RunFolder.create(out, RERUN) as folder:
             run = fly(scenario, folder, progress)
     now = Side(run.trace, run.outcome.value, run.verdicts, versions_of(run.trace.attrs))
     reran = f"{stored.scenario_file}: {scenario.name}, seed {scenario.seed}, {scenario.duration:g} s"

@@ -7,7 +7,7 @@ import pytest
 from escort_mj.api import run
 from escort_mj.errors import RunFolderError, UsageError
 from escort_mj.mission import fly
-from escort_mj.record.folder import RunFolder, read_run
+from escort_mj.record.folder import RERUN, RunFolder, free_place, read_run
 from escort_mj.record.trace import save_trace
 from escort_mj.scenario import parse_scenario
 from escort_mj.study.sweeps.rerun import agreement_lines, rerun_folder
@@ -42,6 +42,7 @@ def test_the_same_program_gives_the_same_bits(stored, tmp_path):
     assert len(found.metrics) > 10 and set(found.gaps.values()) == {0.0}
     assert agreement_lines(found)[1:] == [f"same bits: {found.signals} signals up to 3 s"]
     assert read_run(tmp_path / "again").scenario_yaml == read_run(stored).scenario_yaml
+    assert free_place(tmp_path / "again", RERUN) == tmp_path / "again"  # it may be made again
 
 
 def test_one_changed_bit_is_found_at_its_place_and_time(stored):
