@@ -186,11 +186,12 @@ def command(run: Callable[[], None]) -> None:
     """
     global _command
     _command = _Command()
-    for number in SIGNALS:
-        signal.signal(number, _command)
-    sys.unraisablehook = _command.unraisable
     told = _listening()
     try:
+        for number in SIGNALS:
+            signal.signal(number, _command)
+        sys.unraisablehook = _command.unraisable
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, SIGNALS)  # `supervise` keeps them until they are heard
         run()
     except BaseException as end:
         interrupt = _interrupt_in(end)

@@ -121,7 +121,7 @@ def supervise(run: Callable[[Page], None]) -> None:
     """Run a command in a process that is forked, and end as it does.
 
     Args:
-        run: The command; it returns, or raises an error, in the other process.
+        run: The command; it returns, or raises an error, in the other process. Signals are blocked there.
     """
     page = Page()
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {*FORWARDED, signal.SIGCHLD})
@@ -129,8 +129,8 @@ def supervise(run: Callable[[Page], None]) -> None:
         signal.signal(number, lambda *_: None)  # or it would be lost where the shell has it ignored
     parent, child = os.getpid(), os.fork()
     if not child:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
         _die_with(parent)
+        signal.pthread_sigmask(signal.SIG_SETMASK, {*before, *FORWARDED})
         run(page)
         return
     status = _wait(child, page)

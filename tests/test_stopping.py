@@ -156,12 +156,15 @@ def run():
         signal.raise_signal(signal.SIGTERM)
     print("never")
 
+if sys.argv[1] == "early":
+    signal.pthread_sigmask(signal.SIG_BLOCK, stopping.SIGNALS)
+    signal.raise_signal(signal.SIGINT)
 stopping.command(run)
 """
 
 
 @pytest.mark.parametrize(
-    "how", ["fragile", "library", "class", "error", "kept", "folder", "text", "swallowed", "plain"]
+    "how", ["fragile", "library", "class", "error", "kept", "folder", "text", "swallowed", "early", "plain"]
 )
 def test_a_command_says_one_line_and_ends(how: str) -> None:
     done = subprocess.run([sys.executable, "-c", COMMAND, how], capture_output=True, text=True)
