@@ -20,7 +20,7 @@ from multiprocessing.connection import wait
 from pathlib import Path
 from typing import IO, TYPE_CHECKING
 
-from escort_mj.errors import EscortError, RenderError, WriteError
+from escort_mj.errors import EscortError, RenderError, RunFolderError, WriteError
 from escort_mj.files import check_place, remove_left, replaced
 from escort_mj.gl import INSTALL_COMMAND, choose_backend
 from escort_mj.record.folder import CLIP, MODEL, VIDEO, StoredRun, read_run
@@ -40,6 +40,7 @@ STALL = 180.0  # without a sign of life for so long, the child is given up [s]
 _FRAME = re.compile(rb"frame (\d+) of (\d+)")
 _FAULT = "error: "
 _NOT_WRITTEN = 4  # exit code of the child where the video has no room on the disk
+_DAMAGED = 5  # where the run folder cannot be read
 
 
 def render_video(
@@ -139,6 +140,7 @@ class Rendering:
         Raises:
             RenderError: If drawing failed.
             WriteError: If the disk is full.
+            RunFolderError: If the model of the run cannot be read.
         """
         _watch(self._child, progress)
         code = self._child.wait()
@@ -147,6 +149,8 @@ class Rendering:
             reason = _reason(code, self._errors, self._run.path)
             if code == _NOT_WRITTEN:
                 raise WriteError(self.path, reason)
+            if code == _DAMAGED:
+                raise RunFolderError(reason)
             raise RenderError(reason)
         return self.path
 
@@ -251,7 +255,7 @@ def render_here(arguments: list[str] | None = None) -> int:
         return _NOT_WRITTEN
     except EscortError as fault:
         print(f"{_FAULT}{fault}".replace("\n", " "), file=sys.stderr)
-        return 1
+        return _DAMAGED if isinstance(fault, RunFolderError) else 1
     return 0
 
 

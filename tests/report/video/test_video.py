@@ -117,7 +117,7 @@ def test_the_child_says_in_one_line_what_is_wrong(make_run, capsys):
     options = ["--out", "video.mp4", "--video", SMALL.model_dump_json()]
     folder = make_run(samples=2)
     (folder / "model.xml").write_text("<mujoco><oops/></mujoco>")
-    assert video.render_here([str(folder), *options]) == 1
+    assert video.render_here([str(folder), *options]) == 5
     (line,) = capsys.readouterr().err.splitlines()
     assert re.match(r"error: .*model\.xml: is damaged: MuJoCo refuses it: XML Error", line)
     late = SMALL.model_copy(update={"start": 7.0}).model_dump_json()
@@ -138,19 +138,20 @@ def test_a_folder_that_is_no_run_is_refused(tmp_path):
     options = ["--out", "video.mp4", "--video", "{}"]
     command = [sys.executable, "-m", "escort_mj.report.video.video", str(tmp_path), *options]
     child = subprocess.run(command, capture_output=True, text=True)
-    assert child.returncode == 1 and child.stderr.startswith("error: ") and child.stderr.count("\n") == 1
+    assert child.returncode == 5 and child.stderr.startswith("error: ") and child.stderr.count("\n") == 1
 
 
 @pytest.mark.parametrize(
-    ("script", "words"),
+    ("script", "words", "error"),
     [
-        ("kill -9 $$", "killed by SIGKILL"),
-        ("echo frame 1 of 9; echo boom >&2; exit 7", "exit code 7: boom"),
-        ("echo nonsense >&2; echo 'error: the moon is full' >&2; exit 1", "^the moon is full$"),
-        ("exec sleep 60", "no sign of life"),
+        ("kill -9 $$", "killed by SIGKILL", RenderError),
+        ("echo frame 1 of 9; echo boom >&2; exit 7", "exit code 7: boom", RenderError),
+        ("echo nonsense >&2; echo 'error: the moon is full' >&2; exit 1", "^the moon is full$", RenderError),
+        ("echo 'error: model.xml: is damaged' >&2; exit 5", "^model.xml: is damaged$", RunFolderError),
+        ("exec sleep 60", "no sign of life", RenderError),
     ],
 )
-def test_a_child_that_fails_is_an_error_not_a_hang(make_run, monkeypatch, tmp_path, script, words):
+def test_a_child_that_fails_is_an_error_not_a_hang(make_run, monkeypatch, tmp_path, script, words, error):
     folder = make_run(samples=2)
     (folder / "video.mp4").write_text("an earlier video")
     half = f"echo half a video > {folder}/{PARTIAL}.{MACHINE}.$$.1.{video.VIDEO}"
@@ -160,7 +161,7 @@ def test_a_child_that_fails_is_an_error_not_a_hang(make_run, monkeypatch, tmp_pa
     monkeypatch.setattr(video, "choose_backend", lambda: ("egl", "as if"))
     monkeypatch.setattr(video.sys, "executable", str(child))
     monkeypatch.setattr(video, "STALL", 1.0)
-    with pytest.raises(RenderError, match=words):
+    with pytest.raises(error, match=words):
         video.render_video(folder)
     assert (folder / "video.mp4").read_text() == "an earlier video"
     assert not [*folder.glob(f"{PARTIAL}*")]
