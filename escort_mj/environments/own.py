@@ -114,7 +114,7 @@ class RewardTerm(Part):
 
 
 WORDS = "objects of classes that derive from Observation or RewardTerm"
-Parts = Annotated[Sequence[Part], Words(WORDS)]
+Parts = Annotated[Sequence[Part], Words(f"a list of {WORDS}")]
 
 
 class Own:

@@ -284,7 +284,6 @@ def kind_of(annotation: Any, scope: dict[str, Any] | None = None) -> Kind:
             f"{len(inner)} of: {inner[0].words}",
             lambda value: (
                 _is_list(value)
-                and not isinstance(value, set | frozenset)
                 and len(value) == len(inner)
                 and all(kind.accepts(each) for kind, each in zip(inner, value, strict=True))
             ),
@@ -306,7 +305,7 @@ def kind_of(annotation: Any, scope: dict[str, Any] | None = None) -> Kind:
             lambda value: (
                 all(map(item.accepts, value))
                 if _is_list(value)
-                else isinstance(value, Iterable) and not isinstance(value, str | bytes | np.ndarray | Mapping)
+                else isinstance(value, Iterable) and not isinstance(value, _NO_LISTS)
             ),
         )
     if origin is Mapping:
@@ -364,7 +363,7 @@ def _is_whole(value: Any) -> bool:
 def _is_list(value: Any) -> bool:
     if isinstance(value, np.ndarray):
         return value.ndim > 0
-    return isinstance(value, Sequence | set | frozenset) and not isinstance(value, str | bytes)
+    return isinstance(value, Sequence) and not isinstance(value, str | bytes)
 
 
 def _is_path(value: Any) -> bool:
@@ -372,6 +371,7 @@ def _is_path(value: Any) -> bool:
     return isinstance(name, str) and "\0" not in name
 
 
+_NO_LISTS = (str, bytes, np.ndarray, Mapping, set, frozenset)  # of sets, each run has an order of its own
 _PLAIN: dict[Any, Kind] = {
     type(None): Kind("None", lambda value: value is None),
     bool: Kind("True or False", lambda value: isinstance(value, bool | np.bool_)),

@@ -168,7 +168,8 @@ def test_a_reward_that_is_no_number_where_a_mission_broke_is_0() -> None:
 @pytest.mark.parametrize(
     ("own", "words"),
     [
-        ([Force], "own: found .*; expected objects of classes that derive from Observation or RewardTerm"),
+        ([Force], "own: found .*; expected a list of objects of classes that derive from"),
+        ({Force()}, "own: found .*; expected a list of objects of classes that"),
         ([3], "own: found "),
         ([type("Nameless", (Observation,), {"width": 1, "observe": None})()], r"own\[0\].name: found None"),
         ([part((Observation, RewardTerm), width="1", observe=None, reward=None)], 'made.width: found "1"'),
