@@ -58,7 +58,7 @@ def mission_mark(scenario: Scenario, *more: object, left_out: Set[str] = WORDS) 
         more: What else a moment depends on.
         left_out: Keys of the scenario on which it does not depend.
     """
-    keys = scenario.model_dump(mode="json", exclude=set(left_out), warnings=False)
+    keys = scenario.model_dump(mode="json", exclude=set(left_out))
     words = json.dumps(keys, sort_keys=True) + "".join(map(repr, more))
     return np.array([zlib.crc32(words.encode())], dtype=np.uint32)
 

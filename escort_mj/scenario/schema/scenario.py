@@ -338,3 +338,7 @@ class Scenario(Parameters, metaclass=_Checked):
     def model_copy(self, *, update: Mapping[str, Any] | None = None, deep: bool = False) -> "Self":
         """Return a copy; with values to update, what `replace` returns."""
         return self.replace(update) if update else super().model_copy(deep=deep)
+
+    def model_dump(self, **options: Any) -> dict[str, Any]:
+        """Return it as plain data, see pydantic, which would warn of nothing but an interrupt that hit it."""
+        return super().model_dump(**{"warnings": False} | options)

@@ -1,4 +1,6 @@
 import json
+import sys
+import warnings
 from functools import cache
 from pathlib import Path
 
@@ -62,6 +64,23 @@ def test_what_is_written_reads_back_the_same(scenario: Scenario):
     assert Scenario.model_validate_json(json.dumps(data), strict=True) == scenario
     short = read_document(short_dump(scenario), "short").data
     assert Scenario.model_validate_json(json.dumps(short), strict=True) == scenario
+
+
+def test_an_interrupt_that_hits_pydantic_writes_no_warning():
+    """It comes again a moment later, see `stopping`."""
+    scenario = load_file("scenarios/main.yaml")
+
+    def interrupt(frame, event, argument):
+        if frame.f_code.co_name == "kind_of":
+            raise KeyboardInterrupt
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        sys.settrace(interrupt)
+        try:
+            assert dump_scenario(scenario)
+        finally:
+            sys.settrace(None)
 
 
 def test_the_short_form_has_only_what_differs():
