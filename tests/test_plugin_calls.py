@@ -20,7 +20,7 @@ from escort_mj.record.outcome import Outcome
 from escort_mj.scenario.reader.plugins import load_plugin, source_of
 from escort_mj.world.model.build import build
 from tests.expectations.traces import watched
-from tests.plugged import METRIC
+from tests.plugged import KIND, METRIC
 
 
 def given(returned):
@@ -215,6 +215,14 @@ class Own(RobotKind):
         with pytest.raises(
             PluginError, match=rf"^{tmp_path}/own.py: the kind own: its MJCF cannot be read: "
         ):
+            build(load_scenario(scenario))
+
+    def test_a_flexible_part_is_refused(self, tmp_path):
+        (tmp_path / "own.py").write_text(
+            KIND.replace('<body name="load', '<flexcomp name="f"/><body name="load')
+        )
+        scenario = {"plugins": [str(tmp_path / "own.py")], "robots": {"kind": "crowned"}, "axes": 3}
+        with pytest.raises(PluginError, match=rf"^{tmp_path}/own.py: the kind crowned: found <flexcomp>;"):
             build(load_scenario(scenario))
 
 

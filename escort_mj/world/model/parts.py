@@ -21,6 +21,7 @@ from xml.etree.ElementTree import Element
 from escort_mj.errors import PluginError
 from escort_mj.native.shipped import remembered
 from escort_mj.robots import RobotKind
+from escort_mj.world.model.robot.files import REFUSED
 
 
 @cache
@@ -106,6 +107,8 @@ def _own_part(place: str, text: str) -> Element:
         )
     if body.find("geom[@name='body']") is None:
         raise PluginError(f'{place}: the body robot has no <geom name="body">, its hull, a sphere')
+    if wrong := next((each.tag for each in root.iter() if each.tag in REFUSED), None):
+        raise PluginError(f"{place}: found <{wrong}>; a body has bodies, geoms and joints")
     motors = [motor.get("name") for motor in root.iter("motor")]
     if motors != list("xyz"):
         raise PluginError(f"{place}: found the motors {motors}; expected x, y and z")
