@@ -225,6 +225,14 @@ class Own(RobotKind):
         with pytest.raises(PluginError, match=rf"^{tmp_path}/own.py: the kind crowned: found <flexcomp>;"):
             build(load_scenario(scenario))
 
+    def test_what_it_changes_in_the_process_at_its_second_call_is_found(self, tmp_path):
+        body = 'self.load == 1 and __import__("random").seed(3); parts["load'
+        (tmp_path / "own.py").write_text(KIND.replace('parts["load', body))
+        heavy = [{"robot": 2, "kind": {"kind": "crowned", "load": 1}}]
+        robots = {"count": 2, "kind": "crowned", "overrides": heavy}
+        with pytest.raises(PluginError, match=rf"^{tmp_path}/own.py: the kind crowned: .* it seeds"):
+            build(load_scenario({"plugins": [str(tmp_path / "own.py")], "robots": robots, "axes": 3}))
+
 
 @pytest.mark.parametrize(
     "line",

@@ -393,11 +393,11 @@ class Plant:
     def _called(self) -> list[Callable[..., Any]]:
         """Functions of plugins that the loop calls in Python."""
         setup = self.world.setup
-        policies = [mover.policy for mover in setup.movers if mover.policy is not None]
-        members = [setup.law, setup.outer, setup.estimator, *setup.all_behaviors, *policies, *setup.laws]
-        members += [*setup.disturbances, *setup.sensing.own.values()]
-        members += [] if setup.radio is None else [setup.radio]
-        kinds = [type(each) for each in members if is_plugins(type(each)) and not each.compiled]
+        members = [setup.law, setup.outer, setup.estimator, setup.radio, *setup.all_behaviors, *setup.laws]
+        members += [*setup.disturbances, *setup.sensing.own.values(), *setup.failures]
+        members += [*(mover.policy for mover in setup.movers), *(phase.when for phase in setup.phases)]
+        own = (type(each) for each in members if each is not None and is_plugins(type(each)))
+        kinds = [kind for kind in own if not kind.compiled]
         return list(dict.fromkeys(getattr(kind, kind.method) for kind in kinds))
 
     @property

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import xml.etree.ElementTree as ElementTree
+from contextlib import nullcontext
 from dataclasses import dataclass, field
 from functools import cached_property
 from xml.etree.ElementTree import Element
@@ -13,11 +14,13 @@ from numpy.typing import NDArray
 
 from escort_mj import palette
 from escort_mj.control.setup import Setup
+from escort_mj.errors import PluginError
 from escort_mj.memory.layout import state_size
 from escort_mj.memory.packing import pack
 from escort_mj.metrics.watching import asked_of
 from escort_mj.mjcf import child_named, section, set_attributes
 from escort_mj.monitor.signals import GEOMS
+from escort_mj.plugin_calls import is_plugins, watched
 from escort_mj.scenario.geometry.bodies import Bodies
 from escort_mj.scenario.geometry.crowd import CROWD, contact_physics
 from escort_mj.scenario.geometry.obstacles import Body
@@ -30,7 +33,7 @@ from escort_mj.signals import record_size
 from escort_mj.world.loop.addresses import thickness
 from escort_mj.world.model.cameras import add_cameras
 from escort_mj.world.model.compiling import add_numbers, compile_addressed
-from escort_mj.world.model.parts import new_root
+from escort_mj.world.model.parts import new_root, place_of
 from escort_mj.world.model.robot.placing import add_assets, add_media, models_of, own_geoms
 from escort_mj.world.model.robots import add_robots
 from escort_mj.world.model.surroundings import add_obstacles, add_target, add_tethers, set_floor, set_medium
@@ -116,9 +119,23 @@ def build(mission: Mission | Scenario) -> World:
 
     Args:
         mission: Worked out, or a checked scenario as it stands.
+
+    Raises:
+        PluginError: If a plugin's kind of robots is not what it must be, or changes what the process shares.
     """
     if isinstance(mission, Scenario):
         mission = mission_of(mission)
+    kinds = {type(kind): kind for kind in mission.team.kind}
+    own = " or ".join(place_of(kind) for model, kind in kinds.items() if is_plugins(model))
+    with watched() if own else nullcontext(list[str]()) as changes:
+        world = _built(mission)
+    if changes:
+        raise PluginError(f"{own}: {changes[0]}")
+    return world
+
+
+def _built(mission: Mission) -> World:
+    """The compiled world of a mission."""
     scenario, robots, stages = mission.scenario, mission.team, _stages(mission)
     tree = new_root("arena", "mission")
     _set_physics(tree, scenario)

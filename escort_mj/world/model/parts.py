@@ -71,10 +71,10 @@ def part_of(kind: RobotKind) -> Element:
     Raises:
         PluginError: If a plugin's is not what it must be.
     """
-    return _own_part(_place(kind), kind.mjcf) if kind.mjcf else _shipped_part(kind.kind, kind.part)
+    return _own_part(place_of(kind), kind.mjcf) if kind.mjcf else _shipped_part(kind.kind, kind.part)
 
 
-def _place(kind: RobotKind) -> str:
+def place_of(kind: RobotKind) -> str:
     """The file of the plugin that brings a kind, and the kind."""
     file = getattr(sys.modules.get(type(kind).__module__), "__file__", None)
     return f"{file}: the kind {kind.kind}" if file else f"the kind {kind.kind}"
