@@ -159,6 +159,14 @@ def test_a_stored_scenario_needs_no_file(tmp_path: Path) -> None:
     assert not scenario.scenery and scenario.replace({"seed": 3}).obstacles == scenario.obstacles
 
 
+def test_a_scenario_that_python_has_tells_where_it_looks_for_files(tmp_path: Path) -> None:
+    """It is in no folder any more: paths begin here."""
+    written(tmp_path)
+    scenario = loaded(tmp_path, {"file": "hall.xml"})
+    with pytest.raises(ScenarioError, match=rf"hall\.xml: there is no such file in {Path.cwd()}"):
+        scenario.replace({"scenery[0].file": "hall.xml"})
+
+
 def test_names_are_unique_and_have_letters_of_names(tmp_path: Path) -> None:
     box = '<geom type="box" size=".2 .2 .2" pos="{} 3 .2"/>'
     rack = '<body name="rack no. 1">' + box.format(2) + box.format(4) + "</body>"
@@ -179,7 +187,7 @@ SMALL = '<geom name="nail" type="box" size=".0001 .1 .1" pos="0 3 .1"/>'
             GEOMS,
             {"file": "hal.xml"},
             {},
-            r"scenery\[0\]\.file: hal\.xml: there is no such file; did you mean",
+            r"scenery\[0\]\.file: hal\.xml: there is no such file in .*; did you mean",
         ),
         (GEOMS, {"file": "../hall.xml"}, {}, r"scenery\[0\]\.file: .*leads out of the scenario's folder"),
         (GEOMS, {"file": "hall.yaml"}, {}, r"scenery\[0\]\.file: hall\.yaml: this is not XML"),

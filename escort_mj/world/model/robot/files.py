@@ -93,7 +93,7 @@ def _content(file: Path, source: Source, most: int, written: str) -> bytes:
     except FileNotFoundError:
         beside = [each.name for each in file.parent.glob(f"*{file.suffix}")] if file.parent.is_dir() else []
         guess = did_you_mean(file.name, beside)
-        raise RobotError(f"{where}: there is no such file{guess}") from None
+        raise RobotError(f"{where}: there is no such file in {shortened(file.parent)}{guess}") from None
     except (OSError, ValueError) as error:
         words = getattr(error, "strerror", None) or error
         raise RobotError(f"{where}: cannot be read: {words}") from None
