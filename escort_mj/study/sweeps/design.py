@@ -11,7 +11,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cache
 from importlib.metadata import version
-from itertools import islice, product
+from itertools import chain, islice, product
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, NamedTuple
@@ -113,9 +113,11 @@ class Design:
             self.factors += self.study.sample.over
         first = self._own_seed() if self.study.first_seed is None else self.study.first_seed
         self.seeds = tuple(range(first, first + self.study.seeds))
-        for faults in (self._cell_faults, self._metric_faults, self._level_faults, self._search_faults):
-            if found := list(islice(dict.fromkeys(faults()), MOST_FAULTS)):
-                raise ScenarioError(found)
+        of_cells = (self._cell_faults, self._level_faults)
+        for stage in (of_cells, (self._metric_faults, self._search_faults)):  # these need cells that can be
+            faults = chain.from_iterable(each() for each in stage)
+            if found := list(islice(dict.fromkeys(faults), MOST_FAULTS)):
+                raise ScenarioError(sorted(found, key=lambda fault: (fault.line, fault.column)))
 
     def scenario(self, cell: Cell, seed: int | None = None) -> Scenario:
         """The checked scenario of a cell, with a seed or with its own.

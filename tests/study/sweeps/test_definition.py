@@ -79,6 +79,12 @@ def test_what_is_no_study_is_refused(tmp_path: Path) -> None:
         load_study(tmp_path / "nothing.yaml")
 
 
+def test_faults_of_cells_and_of_what_chooses_them_come_together(tmp_path: Path) -> None:
+    more = "vary: {robots.masss: [1, 2]}\nexpect: [{claim: c, where: {robots.mas: 1}}]\n"
+    found = faults_of(tmp_path, f"study: s\nscenario: main\n{more}")
+    assert {fault[:2] for fault in found} == {"3:", "4:"}
+
+
 @pytest.mark.parametrize(
     ("more", "expected"),
     [
