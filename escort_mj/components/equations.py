@@ -16,7 +16,7 @@ from escort_mj.native.vectors import Vec
 Call = Callable[..., Any]
 Answer = tuple[tuple[type, ...], str]
 """What an equation is to return: types, and in words."""
-NUMBER: Answer = (int, float, np.number, np.bool_), "a number"
+NUMBER: Answer = (int, float, np.integer, np.floating, np.bool_), "a number"
 VECTOR: Answer = (Vec,), "a vector, such as r.q"
 
 

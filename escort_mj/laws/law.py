@@ -8,7 +8,7 @@ import numpy as np
 from pydantic import PositiveFloat
 
 from escort_mj.components.dispatch import in_turn
-from escort_mj.components.equations import Call, Equations
+from escort_mj.components.equations import NUMBER, Call, Equations
 from escort_mj.components.memory import RATE, keep_rate
 from escort_mj.components.views import LAW_OUTPUTS, LawView
 from escort_mj.native.lanes import WIDTH, Lanes, everywhere, lane_numbers, least, pick, store
@@ -147,18 +147,20 @@ class Law(Equations):
             rates.append((name + RATE, getattr(self, name + RATE), written))
 
         def evaluate() -> None:
-            write(tau, force(r), "force")
+            tau[:] = values(force(r), "force")
             if has_mass:
-                a = np.broadcast_to(acceleration(r), (n, p))
+                a = np.broadcast_to(values(acceleration(r), "acceleration"), (n, p))
                 tau[:] += np.einsum("iab,ib->ia", view.model_mass.reshape(n, p, p), a)
             for name, rate, written in rates:
-                write(written, rate(r), name)
+                written[:] = values(rate(r), name)
 
-        def write(values: Any, found: Any, name: str) -> None:
-            if np.shape(found) not in ((), (n, p)) or found is None:
-                said = f"{found!r:.80}" if np.shape(found) == () else f"values of shape {np.shape(found)}"
-                raise TypeError(f"{name} returned {said}; expected values, such as those of r.e, or a number")
-            np.copyto(values, found)  # complex numbers are an error, which an assignment would take
+        def values(found: Any, name: str) -> Any:
+            shape = getattr(found, "shape", ())
+            real = type(found) is np.ndarray and found.dtype.kind in "biuf"
+            if shape in ((), (n, p)) and (real or isinstance(found, NUMBER[0])):
+                return found
+            said = f"{found!r:.80}" if shape in ((), (n, p)) else f"values of shape {shape}"
+            raise TypeError(f"{name} returned {said}; expected values, such as those of r.e, or a number")
 
         return evaluate
 

@@ -10,7 +10,7 @@ from pydantic import Discriminator, Field, NonNegativeFloat, PositiveFloat, Tag
 
 from escort_mj.components.component import Derived
 from escort_mj.components.dispatch import in_turn
-from escort_mj.components.equations import Call, Equations, Memory
+from escort_mj.components.equations import NUMBER, Answer, Call, Equations, Memory
 from escort_mj.components.facts import Facts, Misfit, robots_known
 from escort_mj.components.parameters import Parameters
 from escort_mj.native.fields import Array
@@ -308,6 +308,11 @@ class Radio(Equations):
     def recovers(self) -> float:
         """Return the probability that a bad link passes the next message."""
         return 1.0 - self.loss if isinstance(self.loss, float) else 1.0 / self.loss.burst
+
+    @classmethod
+    def answer_of(cls, name: str) -> Answer:
+        """Return what an equation is to return: one number, as it is asked of one message."""
+        return NUMBER[0], "a number"
 
     @classmethod
     def names(cls) -> Names:

@@ -24,8 +24,10 @@ from escort_mj.errors import CompilerMissingError, PluginError
 from escort_mj.native import artifacts, cache
 from escort_mj.native.fields import Array
 from escort_mj.native.kernels import DOUBLE, external, place, vector_at
+from escort_mj.native.lanes import WIDTH
 from escort_mj.native.memory import Layout, layout_with
 from escort_mj.native.on_demand import CLASSES
+from escort_mj.native.vectors import Vec
 from escort_mj.plugin_calls import place_of, step
 
 MOST = 512  # functions of plugins that a process knows
@@ -203,14 +205,25 @@ def _returning(name: str, function: Callable[..., Any], answer: Answer) -> Calla
 
     def evaluate(parameters: Any, r: Any) -> Any:
         found: Any = function(parameters, r)
-        if answer is NUMBER and isinstance(found, np.ndarray) and found.dtype == float:  # of eight axes
-            return found
+        if kinds is NUMBER[0] and type(found) is np.ndarray:
+            if answer is NUMBER and _is_lanes(found):
+                return found
+            found = found[()]  # the number, where the array has no more
         if not isinstance(found, kinds):
-            said = f"{found!r:.80}" if answer is NUMBER else type(found).__name__
+            plain = f"{found!r:.80}" if kinds is NUMBER[0] else type(found).__name__
+            said = "a vector" if isinstance(found, Vec) else plain
             raise TypeError(f"{name} returned {said}; expected {answer[1]}")
-        return float(found) if answer is NUMBER else found
+        parts = found if isinstance(found, Vec) else ()
+        if wrong := [part for part in parts if not (_is_lanes(part) or isinstance(part, NUMBER[0]))]:
+            raise TypeError(f"{name} returned a vector with {wrong[0]!r:.80}; expected numbers")
+        return float(found) if kinds is NUMBER[0] else found
 
     return evaluate
+
+
+def _is_lanes(found: Any) -> bool:
+    """Whether something is an array of the numbers of eight axes, or of one number."""
+    return type(found) is np.ndarray and found.dtype == float and found.shape in ((), (WIDTH,))
 
 
 def _with_any_lanes(evaluate: Callable[..., Any], own: Any, view: Any, *first: int) -> Any:
