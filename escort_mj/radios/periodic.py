@@ -34,8 +34,8 @@ class Periodic(Radio):
 
     def misfits(self, mission: Facts) -> Iterator[Misfit]:
         """Yield a delay with which a message would be due before the one before it."""
-        most = self.period(mission.timestep, 1) - mission.timestep
-        if self.jitter > most + 0.5 * mission.timestep:
+        most, half = self.period(mission.timestep, 1) - mission.timestep, 0.5 * mission.timestep
+        if most > -half and self.jitter > most + half:  # else the rate is too high
             words = "a step less than the time between two messages"
             yield Misfit(f"found {self.jitter:g} s; expected at most {most:g} s, {words}", "jitter")
 
