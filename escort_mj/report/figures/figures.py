@@ -10,6 +10,7 @@ from typing import NamedTuple
 from matplotlib.figure import Figure
 
 from escort_mj.errors import RenderError, UsageError
+from escort_mj.files import remove_left
 from escort_mj.record.folder import FIGURES, StoredRun, read_run
 from escort_mj.record.recording import LOG, Recorded, is_log, not_logged
 from escort_mj.report.figures import (
@@ -130,6 +131,7 @@ def draw_figures(
     if run.recording.sizes["time"] == 0:
         raise RenderError(f"{run.path}: {NOTHING}")
     names = [check_figure(run.recording, name) for name in only] or plots_of(run.recording)
+    remove_left(run.path / FIGURES)
     return [draw_plot(run, name, suffix) for name in names for suffix in formats]
 
 

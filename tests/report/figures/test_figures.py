@@ -9,6 +9,7 @@ from PIL import Image
 
 from escort_mj import palette
 from escort_mj.errors import RenderError, RunFolderError
+from escort_mj.files import MACHINE, PARTIAL
 from escort_mj.record.folder import read_run
 from escort_mj.record.outcome import Outcome
 from escort_mj.report.figures import figures, paths
@@ -105,6 +106,14 @@ def test_a_folder_that_holds_nothing_to_draw_is_refused(make_run, tmp_path):
         draw_figures(make_run(samples=0))
     with pytest.raises(RunFolderError):
         draw_figures(tmp_path)
+
+
+def test_what_a_killed_process_had_begun_to_draw_is_removed(make_run, monkeypatch):
+    monkeypatch.setattr(figures, "PLOTS", ())
+    left = make_run(samples=1) / "figures" / f"{PARTIAL}.{MACHINE}.999999999.1.paths.png"
+    left.parent.mkdir()
+    left.touch()
+    assert draw_figures(left.parents[1]) == [] and not left.exists()
 
 
 @pytest.mark.parametrize("count", [5, 12, 20])
