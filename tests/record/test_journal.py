@@ -7,6 +7,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from escort_mj.errors import RunFolderError
+from escort_mj.files import read_text
 from escort_mj.record.journal import EPISODES, HEADER, SAMPLES, Journal, journal_of, read_journal
 from escort_mj.signals import EPISODE as COLUMNS
 
@@ -107,8 +108,13 @@ def test_the_header_is_json_without_nan(tmp_path):
 def test_a_spoiled_header_is_one_clear_error(tmp_path: Path, header):
     Journal(tmp_path, {"record_size": 1}).close()
     (tmp_path / HEADER).write_text(header)
-    with pytest.raises(RunFolderError, match="cannot be read"):
+    with pytest.raises(RunFolderError, match=r"header\.json(: cannot be read| is damaged)"):
         read_journal(tmp_path)
+
+
+def test_a_folder_in_place_of_a_file_is_named_once(tmp_path: Path):
+    with pytest.raises(RunFolderError, match=f"^{tmp_path}: cannot be read: Is a directory$"):
+        read_text(tmp_path)
 
 
 def test_a_folder_without_a_whole_journal_has_none(tmp_path):
