@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 from escort_mj.errors import RunFolderError
@@ -42,5 +43,6 @@ def load_recording(path: Path) -> Recording:
     except FileNotFoundError:
         raise RunFolderError(f"{path}: there is no trace here; is this a run folder?") from None
     except Exception as error:  # whatever else the libraries stumble over, it is the file's fault
-        words = str(error).partition("\n")[0] or type(error).__name__
+        known = getattr(error, "errno", None)  # HDF5 tells of the system in many words
+        words = os.strerror(known) if known else str(error).partition("\n")[0] or type(error).__name__
         raise RunFolderError(f"{path}: the trace cannot be read: {words}") from None

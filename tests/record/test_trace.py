@@ -167,6 +167,10 @@ def test_a_file_that_cannot_be_read_is_one_clear_error(tmp_path, record):
     path.write_text("not a trace")
     with pytest.raises(RunFolderError, match="cannot be read"):
         load_recording(path).to_dataset()
+    path.unlink()
+    path.symlink_to(path)
+    with pytest.raises(RunFolderError, match="cannot be read: Too many levels of symbolic links$"):
+        load_recording(path).to_dataset()
 
 
 def test_a_failed_write_leaves_the_old_file_and_nothing_else(tmp_path, record):
