@@ -55,6 +55,19 @@ def test_train_policy(compiled: None, capsys: pytest.CaptureFixture[str]) -> Non
     assert "trained: " in capsys.readouterr().out
 
 
+@pytest.mark.slow
+def test_train_ppo(
+    compiled: None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    pytest.importorskip("stable_baselines3")
+    trainer = example("train_ppo")
+    monkeypatch.setattr(trainer, "MISSIONS", 2)
+    monkeypatch.setattr(trainer, "SEEDS", range(1000, 1002))
+    trainer.main(1, tmp_path)
+    printed = capsys.readouterr().out
+    assert "paper's behaviors: 2 of 2 missions passed" in printed and "policy: " in printed
+
+
 def test_udp_robots(tmp_path: Path) -> None:
     """In real time, so on a busy machine some answers may come late."""
     found = example("udp_robots").fly(seconds=0.4, log=tmp_path / "log.csv")
