@@ -6,7 +6,7 @@
 All robots share the policy: each robot of each mission is an environment of Stable-Baselines3, with its own
 observation and reward. The trained network goes into policy.npz. In the end, missions of 20 seeds that were
 not used in training are flown and judged: with the behaviors of `main`, and with the network in place of all
-but the avoidance of obstacles. 400,000 steps take five minutes on two cores.
+but the avoidance of obstacles. 400,000 steps take five to six minutes on two cores.
 """
 
 from __future__ import annotations

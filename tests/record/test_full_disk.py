@@ -128,7 +128,8 @@ def test_the_error_survives_another_process(tmp_path) -> None:
 @pytest.mark.parametrize("size", [8, 60, 150, 400])
 def test_the_command_line_under_a_limit(compiled, tmp_path, size) -> None:
     """With `ulimit -f` as with a full disk: exit code 3, one line, a folder that can be shown."""
-    command = [sys.executable, "-m", "escort_mj", "run", "main", "--no-video", "--out", "run"]
+    # -B: else Python itself leaves parts of bytecode behind, which no later process can read.
+    command = [sys.executable, "-B", "-m", "escort_mj", "run", "main", "--no-video", "--out", "run"]
     done = subprocess.run(
         ["bash", "-c", f'ulimit -f {size}; exec "$@"', "bash", *command],
         cwd=tmp_path, capture_output=True, text=True,
