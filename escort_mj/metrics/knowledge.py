@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -104,55 +105,28 @@ NORMALIZED = Watch(
 CONNECTIVITY = Watch(Course("connectivity", ("heard_from", "lost"), simple(_connectivity)), Fold.LEAST)
 APART = Watch(Course("disconnected", ("heard_from", "lost"), simple(_apart)), Fold.MEAN)
 
+_of_beliefs = partial(metric, over="tail", watched=False, of_team=True, needs=("beliefs",))
 
-@metric(
-    unit="m",
-    over="tail",
-    grows=True,
-    watched=False,
-    rank=50,
-    of_team=True,
-    watches=(SQUARE_ERROR,),
-    needs=("beliefs",),
-)
+
+@_of_beliefs(unit="m", grows=True, rank=50, watches=(SQUARE_ERROR,))
 def estimate_error_rms(trace: Recorded) -> Measure:
     """Root mean square of the distance between the robots' estimates of the target and the target."""
     return _nothing(trace) or Measure(math.sqrt(mean_of(trace, SQUARE_ERROR)))
 
 
-@metric(
-    unit="m",
-    over="tail",
-    grows=True,
-    watched=False,
-    rank=51,
-    of_team=True,
-    watches=(DISAGREEMENT,),
-    needs=("beliefs",),
-)
+@_of_beliefs(unit="m", grows=True, rank=51, watches=(DISAGREEMENT,))
 def disagreement_max(trace: Recorded) -> Measure:
     """Largest distance of a robot's estimate of the target from the mean of all estimates."""
     return _nothing(trace) or worst_of(trace, DISAGREEMENT)
 
 
-@metric(
-    unit="s",
-    over="tail",
-    grows=True,
-    watched=False,
-    rank=52,
-    of_team=True,
-    watches=(AGE,),
-    needs=("beliefs",),
-)
+@_of_beliefs(unit="s", grows=True, rank=52, watches=(AGE,))
 def information_age_max(trace: Recorded) -> Measure:
     """Largest age of the newest measurement of the target that a robot knows of."""
     return _nothing(trace) or worst_of(trace, AGE)
 
 
-@metric(
-    unit="1", over="tail", watched=False, rank=53, of_team=True, watches=(NORMALIZED,), needs=("beliefs",)
-)
+@_of_beliefs(unit="1", rank=53, watches=(NORMALIZED,))
 def estimate_consistency(trace: Recorded) -> Measure:
     """Mean normalized estimation error squared (NEES) of the position, per axis; 1 if consistent."""
     if nothing_there := _nothing(trace):

@@ -33,6 +33,9 @@ def test_pettingzoo(name: str, command: str) -> None:
 
     parallel_api_test(make(), num_cycles=100)
     parallel_seed_test(make, num_cycles=20)
+    environment = make()
+    environment.reset(seed=1)
+    assert environment.state_space.contains(environment.state())
 
 
 @pytest.mark.crossed
