@@ -3,12 +3,12 @@
 from collections.abc import Mapping
 from typing import Any, ClassVar, Literal, NamedTuple
 
-from escort_mj.behaviors.robots import Robots, robots_at
+from escort_mj.behaviors.equations import TeamEquations
+from escort_mj.behaviors.robots import Robots
 from escort_mj.behaviors.task import Inequality, Task, as_task, keep_task
-from escort_mj.components.equations import Answer, Call, Equations
+from escort_mj.components.equations import VECTOR, Answer, Call
 from escort_mj.components.setup import MissionSetup
-from escort_mj.components.views import BEHAVIOR_OUTPUTS, BehaviorView
-from escort_mj.native.values import names_of
+from escort_mj.components.views import BEHAVIOR_OUTPUTS
 
 
 class Avoidance(NamedTuple):
@@ -41,23 +41,22 @@ class Plane(NamedTuple):
     normal: tuple[float, ...]
 
 
-class Behavior(Equations):
+class Behavior(TeamEquations):
     """What velocity each robot is to have, and which directions that takes.
 
     A subclass has a key `behavior` with its name, parameters, and the equation `task(self, r)`, which returns
     what `keep`, `keep_distance`, `across`, `move` or `both` make; or, with `limits: ClassVar[bool] = True`,
-    what `at_least` makes. Kernels evaluate it for eight robots at once.
+    what `at_least` makes. Kernels evaluate it for eight robots at once. What it integrates of its own, a
+    vector for each robot, it declares, as in `way: ClassVar[Memory] = Memory("m", "way gone")`, with the rate
+    as `way_rate(self, r)`; the value is `r.way`, at first 0, which stands still while the behavior does not
+    rule.
     """
 
     plural: ClassVar[str] = "behaviors"
     named_by: ClassVar[str] = "behavior"
     method: ClassVar[str] = "task"
     asks: ClassVar[tuple[str, ...]] = ("task",)
-    reads: ClassVar[tuple[tuple[str, str], ...]] = tuple((name, name) for name in names_of(Robots))
-    keeps: ClassVar[str] = ""
-    view: ClassVar[type] = BehaviorView
     outputs: ClassVar[tuple[str, ...]] = BEHAVIOR_OUTPUTS
-    answers: ClassVar[str | None] = ""
     gives: ClassVar[str] = "robot {} a velocity"
     limits: ClassVar[bool] = False
     """Whether what it asks is an inequality."""
@@ -67,6 +66,8 @@ class Behavior(Equations):
     """Whether it needs a target although what it asks is not relative to the target's motion."""
     spreads: ClassVar[bool] = False
     """Whether it spreads the team evenly around the target."""
+    uses_vertices: ClassVar[bool] = False
+    """Whether it reads `r.vertex`: the mission then works out an even figure with a vertex for each robot."""
     of_mission: ClassVar[tuple[str, ...]] = ()
     """Keys that have one value in all phases."""
 
@@ -132,19 +133,23 @@ class Behavior(Equations):
     @classmethod
     def evaluation(cls, made: Call, equations: Mapping[str, Call]) -> Call:
         """Return what keeps the task of robots i to i + 7 in a view: `(parameters, view, i)`."""
-        task = equations["task"]
+        task, robots, move_on = equations["task"], cls.robots(), cls.moving_on(made, equations)
 
         def ask(parameters: Any, view: Any, i: int) -> None:
-            keep_task(task(parameters, robots_at(i, view, view)), view, i)
+            keep_task(task(parameters, robots(i, view, view)), view, i)
+            move_on(parameters, view, i)
 
         def ask_limit(parameters: Any, view: Any, i: int) -> None:
-            keep_task(as_task(task(parameters, robots_at(i, view, view))), view, i)
+            keep_task(as_task(task(parameters, robots(i, view, view))), view, i)
+            move_on(parameters, view, i)
 
         return ask_limit if cls.limits else ask
 
     @classmethod
     def answer_of(cls, name: str) -> Answer:
         """Return what an equation is to return."""
+        if name != cls.method:
+            return VECTOR
         if cls.limits:
             return (Inequality,), "what at_least(...) returns"
         return (Task,), "a task, such as keep(...) returns"

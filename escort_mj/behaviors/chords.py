@@ -78,8 +78,7 @@ class Chords(Behavior):
 
     def task(self, r: Robots) -> Task:
         """Return eq. 4 of each cycle: sigma = |q_i - q_j|^2 / 2, j before i, is to become length^2 / 2."""
-        length, cycles = r.state.chord_length[0], r.state.predecessors
-        task = keep_distance(r.q - r.position_of(cycles[0]), length, self.gain)
-        if cycles.shape[0] == 1:
+        task = keep_distance(r.q - r.predecessor(0), r.chord_length, self.gain)
+        if r.cycles == 1:
             return task
-        return both(task, keep_distance(r.q - r.position_of(cycles[1]), length, self.gain))
+        return both(task, keep_distance(r.q - r.predecessor(1), r.chord_length, self.gain))

@@ -90,8 +90,8 @@ class GoalState(Fields):
 @inlined
 def toward_goal(gain: float, r: Robots) -> Task:
     """Return the task sigma = q, which is to become the goal: it takes all directions."""
-    way = where(r.there, r.at(r.state.goal, 0) - r.q, 0.0)
-    velocity = where(r.there, gain * way + r.at(r.state.goal_velocity, 0), 0.0)
+    way = where(r.there, r.goal - r.q, 0.0)
+    velocity = where(r.there, gain * way + r.goal_velocity, 0.0)
     return move(velocity, everywhere(1.0), norm(way))
 
 

@@ -10,9 +10,8 @@ from escort_mj.behaviors.behavior import Behavior
 from escort_mj.behaviors.robots import Robots
 from escort_mj.behaviors.task import Task, move
 from escort_mj.components.parameters import UNLIMITED, Distance
-from escort_mj.components.setup import MissionSetup
 from escort_mj.native.kernels import inlined
-from escort_mj.native.lanes import everywhere, greatest, load
+from escort_mj.native.lanes import everywhere, greatest
 from escort_mj.native.vectors import dot, norm, where
 
 NEAR = 1e-9  # m
@@ -44,23 +43,14 @@ class Guard(Behavior):
         """Whether it sends robots against opponents."""
         return True
 
-    @classmethod
-    def numbers(cls) -> dict[str, type]:
-        """Return its parameters as kernels see them."""
-        return {"distance": float, "alert": float, "gain": float}
-
-    def packed(self, setup: MissionSetup | None = None) -> dict[str, float]:
-        """Return its parameters as numbers."""
-        return {"distance": self.distance or 0.0, "alert": self.alert or UNLIMITED, "gain": self.gain}
-
     def task(self: Any, r: Robots) -> Task:
         """Return the task sigma = q of the robots that guard, which takes all directions."""
         active = guarding(self.alert, r)
-        y = where(active, r.at(r.state.threat_position, 0) - r.target, 0.0)
-        w = where(active, r.at(r.state.threat_velocity, 0) - r.target_velocity, 0.0)
+        y = where(active, r.threat - r.target, 0.0)
+        w = where(active, r.threat_velocity - r.target_velocity, 0.0)
         far = greatest(norm(y), NEAR)
         scale = self.distance / far
-        if self.distance == 0.0:
+        if self.distance == UNLIMITED:  # null
             scale = r.radius / far
         way = r.target + scale * y - r.q
         aside = w - (dot(y, w) / (far * far)) * y
@@ -77,5 +67,5 @@ def guarding(alert: float, r: Robots) -> Any:
         alert: Distance from the target within which an opponent counts [m].
         r: The robots.
     """
-    way = r.at(r.state.threat_position, 0) - r.target
-    return r.there & (load(r.state.threat, r.i) > 0.5) & (dot(way, way) <= alert * alert)
+    way = r.threat - r.target
+    return r.guards & (dot(way, way) <= alert * alert)

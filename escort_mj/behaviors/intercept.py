@@ -12,10 +12,11 @@ from escort_mj.behaviors.guard import guarding
 from escort_mj.behaviors.robots import Robots
 from escort_mj.behaviors.task import Task, move
 from escort_mj.components.facts import Facts, Misfit
-from escort_mj.components.parameters import UNLIMITED, Distance
-from escort_mj.components.setup import MissionSetup
+from escort_mj.components.parameters import Distance
 from escort_mj.native.lanes import everywhere, greatest, least, root
 from escort_mj.native.vectors import dot, where
+
+OPPONENTS = 1  # place of that quarry among the choices
 
 
 class Intercept(Behavior):
@@ -46,21 +47,6 @@ class Intercept(Behavior):
     gain: PositiveFloat = 2.0
     """Gain of the remaining distance [1/s]."""
 
-    @classmethod
-    def numbers(cls) -> dict[str, type]:
-        """Return its parameters as kernels see them."""
-        return {"opponents": bool, "alert": float, "speed": float, "within": float, "gain": float}
-
-    def packed(self, setup: MissionSetup | None = None) -> dict[str, float]:
-        """Return its parameters as numbers."""
-        return {
-            "opponents": float(self.guards),
-            "alert": self.alert or UNLIMITED,
-            "speed": self.pace(setup),
-            "within": self.within,
-            "gain": self.gain,
-        }
-
     def misfits(self, mission: Facts) -> Iterator[Misfit]:
         """Yield a speed that nothing tells."""
         if self.speed is None and mission.max_speed is None:
@@ -71,20 +57,16 @@ class Intercept(Behavior):
         """Whether it sends robots against opponents."""
         return self.quarry == "opponents"
 
-    def pace(self, setup: MissionSetup | None) -> float:
-        """Return the speed of the robots, as far as their limit allows it [m/s]."""
-        most = UNLIMITED if setup is None else min(setup.max_speed, UNLIMITED)
-        return most if self.speed is None else min(self.speed, most)
-
     def task(self: Any, r: Robots) -> Task:
         """Return the task sigma = q, which takes all directions: the velocity of the interception."""
         active, point, course = r.there, r.target, r.target_velocity
-        if self.opponents:
+        if self.quarry == OPPONENTS:
             active = guarding(self.alert, r)
-            point, course = r.at(r.state.threat_position, 0), r.at(r.state.threat_velocity, 0)
+            point, course = r.threat, r.threat_velocity
         way, course = where(active, point - r.q, 0.0), where(active, course, 0.0)
         recedes, far, fast = dot(way, course), dot(way, way), dot(course, course)
-        lead = self.speed * self.speed - fast
+        speed = min(self.speed, r.max_speed)
+        lead = speed * speed - fast
         slack = recedes * recedes + lead * far
         rise = root(greatest(slack, 0.0))
         rate = where(recedes > 0.0, lead / (rise + recedes), where(far > 0.0, (rise - recedes) / far, 0.0))
@@ -96,8 +78,8 @@ class Intercept(Behavior):
         rate = least(greatest(where(far > 0.0, self.gain * left / distance, 0.0), slowest), rate)
         behind = where(passes, -lead, 1.0)
         aside = root(greatest(far * fast - recedes * recedes, 0.0) / behind)
-        later = greatest(self.speed * aside - recedes, 0.0) / where(passes, fast, 1.0)
+        later = greatest(speed * aside - recedes, 0.0) / where(passes, fast, 1.0)
         closest = way + later * course
-        share = self.speed / root(where(passes, dot(closest, closest), 1.0))
+        share = speed / root(where(passes, dot(closest, closest), 1.0))
         velocity = where(passes, share * closest, course + rate * way)
         return move(velocity, where(active, 1.0, everywhere(0.0)), where(active, left, 0.0))

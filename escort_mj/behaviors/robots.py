@@ -9,9 +9,23 @@ from escort_mj.components.parameters import UNLIMITED
 from escort_mj.components.teams import radius_rows
 from escort_mj.knowledge.belief import target_of, target_velocity_of
 from escort_mj.knowledge.teammates import Mate, mate_of, places_of
-from escort_mj.native.lanes import Lanes, greatest, lane_numbers, least, load, there, where
+from escort_mj.native.kernels import inlined
+from escort_mj.native.lanes import (
+    Lanes,
+    everywhere,
+    gather,
+    greatest,
+    lane_numbers,
+    least,
+    load,
+    row_of,
+    set_row,
+    stack_rows,
+    there,
+    where,
+)
 from escort_mj.native.values import Computed, maker_of
-from escort_mj.native.vectors import Vec, norm, one_row, rows_at, rows_from
+from escort_mj.native.vectors import Vec, norm, one_row, part_at, rows_at, rows_from, set_part
 from escort_mj.plan import Plan, State
 
 
@@ -124,6 +138,54 @@ class Robots(Computed):
         return where(self.obstacle_gap(j) < UNLIMITED, gap, UNLIMITED)
 
     @property
+    def goal(self) -> Vec:
+        """Where `goal` or `formation` sends each robot; where it is, without such a behavior [m]."""
+        return self.at(self.state.goal, 0) if self.state.goal.shape[0] > 0 else self.q
+
+    @property
+    def goal_velocity(self) -> Vec:
+        """How fast that place moves [m/s]."""
+        return self.at(self.state.goal_velocity, 0) if self.state.goal.shape[0] > 0 else 0.0 * self.q
+
+    @property
+    def vertex(self) -> Vec:
+        """Unit vector of each robot's vertex of the even figure as it is turned, see `uses_vertices`."""
+        if self.state.vertices.shape[0] == 0:
+            return 0.0 * self.q
+        return _vertices_at(self.i, self.plan, self.state)
+
+    @property
+    def chord_length(self) -> float:
+        """Edge of the formation of `chords` [m]."""
+        return self.state.chord_length[0]
+
+    @property
+    def cycles(self) -> int:
+        """How many robots come before each along that formation: 1 on a ring, 2 on an octahedron."""
+        return self.state.predecessors.shape[0]
+
+    def predecessor(self, cycle: int) -> Vec:
+        """Return where the robot before each is, along cycle 0 or 1 of that formation [m]."""
+        return self.position_of(self.state.predecessors[cycle])
+
+    @property
+    def guards(self) -> Any:
+        """Which robots have been assigned an opponent."""
+        if self.state.threat.shape[0] == 0:
+            return everywhere(0.0) > 0.5
+        return self.there & (load(self.state.threat, self.i) > 0.5)
+
+    @property
+    def threat(self) -> Vec:
+        """Where the opponent of each robot that guards is [m]."""
+        return self.at(self.state.threat_position, 0) if self.state.threat.shape[0] > 0 else self.q
+
+    @property
+    def threat_velocity(self) -> Vec:
+        """Its velocity [m/s]."""
+        return self.at(self.state.threat_velocity, 0) if self.state.threat.shape[0] > 0 else 0.0 * self.q
+
+    @property
     def robots(self) -> int:
         """How many robots there are."""
         return self.state.q.shape[0]
@@ -155,6 +217,23 @@ class Robots(Computed):
         have kept their velocity; without one, all left of its team, as the sensors show them.
         """
         return mate_of(self.i, place, self.plan, self.state)
+
+
+@inlined
+def _vertices_at(i: int, plan: Plan, state: State) -> Vec:
+    """Return the vertices R u_i in the figure as it is turned: the team's, or each robot's own."""
+    p, own = state.q.shape[1], rows_at(state, state.vertices, i)
+    rows, found = stack_rows(p), stack_rows(p)
+    set_part(rows, 0, own)
+    for k in range(p):
+        vertex = everywhere(0.0)
+        for c in range(p):
+            turn = everywhere(state.rotation[0, k, c])
+            if plan.apart:
+                turn = gather(state.rotation, (i * p + k) * p + c, p * p)
+            vertex = vertex + turn * row_of(rows, c)
+        set_row(found, k, vertex)
+    return part_at(state, found, 0)
 
 
 robots_at = maker_of(Robots)

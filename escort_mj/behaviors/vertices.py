@@ -27,7 +27,6 @@ from escort_mj.native.kernels import DOUBLE, inlined, matrix_at, merged, stack_m
 from escort_mj.native.lanes import (
     WIDTH,
     everywhere,
-    gather,
     load,
     load_rows,
     root,
@@ -38,7 +37,7 @@ from escort_mj.native.lanes import (
     total,
     where,
 )
-from escort_mj.native.vectors import Vec, part_at, rows_at, set_numbers, set_part
+from escort_mj.native.vectors import set_numbers
 from escort_mj.plan import Plan, State
 
 
@@ -64,6 +63,7 @@ class Vertices(Behavior):
     """Spread any number of robots evenly, over the vertices of the formation of lowest Coulomb energy."""
 
     spreads: ClassVar[bool] = True
+    uses_vertices: ClassVar[bool] = True
 
     behavior: Literal["vertices"] = "vertices"
     gain: PositiveFloat = 0.8
@@ -94,25 +94,8 @@ class Vertices(Behavior):
     def task(self, r: Robots) -> Task:
         """Return the task across the way to the target: toward the robot's vertex, R u_i - (q_i - c)."""
         x = r.q - r.target
-        velocity = without(x, self.gain * (r.radius * _own_vertex(r) - x))
+        velocity = without(x, self.gain * (r.radius * r.vertex - x))
         return across(x, velocity, speed_error(velocity, self.gain))
-
-
-@inlined
-def _own_vertex(r: Robots) -> Vec:
-    """Return the vertices R u_i of robots in the figure as it is turned: the team's, or each robot's own."""
-    p, own = r.state.q.shape[1], rows_at(r.state, r.state.vertices, r.i)
-    rows, found = stack_rows(p), stack_rows(p)
-    set_part(rows, 0, own)
-    for k in range(p):
-        vertex = everywhere(0.0)
-        for c in range(p):
-            turn = everywhere(r.state.rotation[0, k, c])
-            if r.plan.apart:
-                turn = gather(r.state.rotation, (r.i * p + k) * p + c, p * p)
-            vertex = vertex + turn * row_of(rows, c)
-        set_row(found, k, vertex)
-    return part_at(r.state, found, 0)
 
 
 @merged

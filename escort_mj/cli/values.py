@@ -11,7 +11,7 @@ from escort_mj.components.equations import Equations, kind_word
 from escort_mj.memory.layout import Plan, State
 from escort_mj.native.fields import Declared, declared
 from escort_mj.native.lanes import Lanes
-from escort_mj.native.values import Values
+from escort_mj.native.values import Computed, Values
 from escort_mj.native.vectors import Vec
 from escort_mj.scenario.kinds import EQUATIONS
 
@@ -47,8 +47,13 @@ def _named(base: type[Equations]) -> Iterator[tuple[str, str, str, str]]:
         yield name, _form(fields[field], 1), *about
 
 
-def _computed(given: type) -> Iterator[tuple[str, str, str, str]]:
-    """What are properties and methods of a class, and the parts of what these return."""
+def _computed(given: type, told: tuple[type, ...] = ()) -> Iterator[tuple[str, str, str, str]]:
+    """What are properties and methods of a class, and the parts of what these return.
+
+    Args:
+        given: The class.
+        told: Classes whose members are told already.
+    """
     for name, member in vars(given).items():
         function = member.fget if isinstance(member, property) else member
         if name.startswith("_") or not inspect.isfunction(function):
@@ -56,11 +61,15 @@ def _computed(given: type) -> Iterator[tuple[str, str, str, str]]:
         result = get_type_hints(function).get("return", Any)
         called = name if isinstance(member, property) else f"{name}({', '.join(_arguments(function))})"
         yield called, FORMS.get(result, result.__name__.lower()), *_said(function)
-        if issubclass(result if inspect.isclass(result) else object, tuple) and result not in FORMS:
-            kinds = get_type_hints(result)
-            for part in PARTS.finditer(result.__doc__ or ""):
-                about = _parsed(part["said"])
-                yield f"{called}.{part['name']}", FORMS.get(kinds[part["name"]], ""), *about
+        if result in (*FORMS, given, *told) or not issubclass(result, tuple | Computed):
+            continue
+        told = (*told, result)
+        kinds = get_type_hints(result)
+        for part in PARTS.finditer(result.__doc__ or ""):
+            about = _parsed(part["said"])
+            yield f"{called}.{part['name']}", FORMS.get(kinds[part["name"]], ""), *about
+        for own, *said in _computed(result, told) if issubclass(result, Computed) else ():
+            yield f"{called}.{own}", said[0], said[1], said[2]
 
 
 def _arguments(function: Any) -> list[str]:
@@ -74,7 +83,8 @@ def _said(function: Any) -> tuple[str, str]:
 
 def _parsed(text: str) -> tuple[str, str]:
     found = SAID.match(" ".join(text.split()))
-    return (found["unit"] or "", found["meaning"]) if found else ("", text)
+    unit, meaning = (found["unit"] or "", found["meaning"]) if found else ("", text)
+    return unit, meaning[:1].upper() + meaning[1:]
 
 
 def _about(field: Declared) -> tuple[str, str]:

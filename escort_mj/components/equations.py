@@ -43,7 +43,7 @@ class Equations(Component):
     with a method of its name and `moves` that says how it moves on; the value is `r.d_hat`.
     """
 
-    _in_place_of_setting: ClassVar[str] = "what laws, disturbances and policies keep is a ClassVar[Memory]"
+    _in_place_of_setting: ClassVar[str] = "what components keep is a ClassVar[Memory]"
     asks: ClassVar[tuple[str, ...]]
     """Names of its methods."""
     moves: ClassVar[str] = "_next"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import accumulate, pairwise
@@ -23,6 +24,8 @@ COMMANDED: dict[Outside, tuple[str, str]] = {
     "velocity": ("v_d", "m/s"), "residual": ("residual", "m/s"), "force": ("tau", "N")
 }  # fmt: skip
 """What robots may be commanded from outside: the array of the state that has it, and its unit."""
+Remembering = Literal["laws", "disturbances", "behaviors", "rules"]
+"""Kinds of components that integrate numbers of their own for every robot and axis."""
 B = TypeVar("B", bound=Parameters)
 
 WAY_SAMPLES = 200  # of the way of a formation
@@ -267,36 +270,45 @@ class MissionSetup:
         return self.laws or (self.law,)
 
     @cached_property
-    def _memory(self) -> tuple[dict[Any, int], list[int], dict[str, Any]]:
-        laws, starts = list(dict.fromkeys(self.all_laws)), list[int]()
-        rows, names = dict[str, Any](), list[str]()
-        for member in (*laws, *self.disturbances):
-            starts.append(len(rows))
-            names.append(type(member).own_name())
-            known = names.count(names[-1])
-            label = names[-1] if known == 1 else f"{names[-1]}_{known}"
-            rows |= {f"{label}.{key}": memory for key, memory in member.memories().items()}
-        return dict(zip(laws, starts, strict=False)), starts[len(laws) :], rows
+    def _memory(self) -> tuple[dict[Remembering, list[int]], dict[str, Any]]:
+        members: dict[Remembering, Sequence[Any]] = {
+            "laws": self.all_laws,
+            "disturbances": self.disturbances,
+            "behaviors": self.all_behaviors,
+            "rules": [phase.when for phase in self.phases],
+        }
+        starts, rows, names = dict[Remembering, list[int]](), dict[str, Any](), list[str]()
+        for kind, own in members.items():
+            starts[kind] = []
+            for member in own:
+                starts[kind].append(len(rows))
+                if member is None or not member.memories():
+                    continue
+                names.append(type(member).own_name())
+                known = names.count(names[-1])
+                label = names[-1] if known == 1 else f"{names[-1]}_{known}"
+                rows |= {f"{label}.{key}": memory for key, memory in member.memories().items()}
+        return starts, rows
 
     @property
     def memory(self) -> dict[str, Any]:
-        """What laws and disturbances integrate of their own: a `Memory` for each row, by its name."""
-        return self._memory[2]
-
-    @property
-    def law_memory(self) -> list[str]:
-        """Names of those rows that are the laws': the first ones."""
-        rows = [*self.memory]
-        return rows[: self.disturbance_rows[0]] if self.disturbances else rows
-
-    @property
-    def disturbance_rows(self) -> list[int]:
-        """Row at which the memory of each disturbance begins."""
+        """What components integrate of their own: a `Memory` for each row, by its name."""
         return self._memory[1]
 
-    def memory_start(self, law: Any) -> int:
-        """Return the row at which the memory of a law begins; -1 if it has none."""
-        return self._memory[0][law] if law.memories() else -1
+    def memory_rows(self, kind: Remembering) -> list[int]:
+        """Return the row of `memory` at which that of each component of a kind begins."""
+        return self._memory[0][kind]
+
+    @property
+    def memory_phases(self) -> list[int]:
+        """Phase whose behavior keeps each row of `memory`; -1 for what others keep."""
+        found = [-1] * len(self.memory)
+        phases = [number for number, stack in enumerate(self.stacks) for _ in stack]
+        for phase, first, behavior in zip(
+            phases, self.memory_rows("behaviors"), self.all_behaviors, strict=True
+        ):
+            found[first : first + len(behavior.memories())] = [phase] * len(behavior.memories())
+        return found
 
     def undisturbed(self) -> Self:
         """Return it without disturbances."""

@@ -84,7 +84,20 @@ class BehaviorView(NamedTuple):
     asked_other: Annotated[Array, "n", "p"]  # written: another one
     asked: Annotated[Array, "n", 9]  # written: all else
     compared: Annotated[Array, "ruled"]  # written by rules
+    component_memory: Annotated[Array, "memories", "n", "p"]  # integrals of the rates below, at first 0
+    memory_row: Annotated[Array, 1]  # where its own begin
+    component_rate: Annotated[Array, "memories", "n", "p"]  # written: 0 unless said
+    rate_found: Annotated[Array, "remembering", "p"]  # scratch
+    goal: Annotated[Array, "headed", "p"]  # where each robot is sent, if anywhere [m]
+    goal_velocity: Annotated[Array, "headed", "p"]  # [m/s]
+    vertices: Annotated[Array, "vertices", "p"]  # unit vectors; none where no behavior asks for them
+    rotation: Annotated[Array, "turned", "p", "p"]  # of their figure
+    predecessors: Annotated[Array, "cycles", "n"]  # robot before each, from 0; none without `chords`
+    chord_length: Annotated[Array, 1]  # [m]
+    threat: Annotated[Array, "guarding"]  # opponent of each robot; 0 for none
+    threat_position: Annotated[Array, "guarding", "p"]  # [m]
+    threat_velocity: Annotated[Array, "guarding", "p"]  # [m/s]
 
 
 LAW_OUTPUTS = ("tau", "rho_hat_rate", "component_rate")
-BEHAVIOR_OUTPUTS = ("asked_velocity", "asked_x", "asked_other", "asked")
+BEHAVIOR_OUTPUTS = ("asked_velocity", "asked_x", "asked_other", "asked", "component_rate")

@@ -47,7 +47,7 @@ class DisturbanceParameters(Fields):
             "grid_velocity": velocity,
             "disturbance_kind": [number_of(each, EQUATED) for each in setup.disturbances],
             "disturbance_place": setup.disturbances,
-            "disturbance_row": setup.disturbance_rows,
+            "disturbance_row": setup.memory_rows("disturbances"),
             "disturbance_draws": [each.draws for each in setup.disturbances],
         }
 

@@ -40,7 +40,7 @@ class InnerLoopParameters(Fields):
     force_limits: Annotated[Array, "n", "p", Value("N", "force_limit, axis by axis")]
     laws: Annotated[Array, "laws", Value("1", "place in LAWS of each law; none where all have the same")]
     laws_place: Annotated[Array, "laws", Value("1", "where its numbers begin in `parameters`")]
-    laws_row: Annotated[Array, "laws", Value("1", "where its own memory begins; -1 for none")]
+    laws_row: Annotated[Array, "laws", Value("1", "where its own memory begins")]
     laws_rows: Annotated[Array, "laws", Value("1", "how many rows it has")]
     laws_slope: Annotated[Array, "laws", Value("1/s", "its slope")]
     laws_filter: Annotated[Array, "laws", Value("s", "its acceleration_filter")]
@@ -61,7 +61,7 @@ class InnerLoopParameters(Fields):
             "force_limits": np.repeat(np.reshape(setup.force_limit, (-1, 1)), setup.axes, axis=1),
             "laws": [number_of(each, LAWS) for each in setup.laws],
             "laws_place": setup.laws,
-            "laws_row": [setup.memory_start(each) for each in setup.laws],
+            "laws_row": setup.memory_rows("laws")[: len(setup.laws)],
             "laws_rows": [len(type(each).memories()) for each in setup.laws],
             "laws_slope": [each.slope for each in setup.laws],
             "laws_filter": [each.filter_time for each in setup.laws],

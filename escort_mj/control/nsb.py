@@ -56,6 +56,7 @@ class StackParameters(Fields):
 
     level_behavior: Annotated[Array, "levels", Value("1", "which behavior; their number for a plugin's")]
     level_place: Annotated[Array, "levels", Value("1", "where its block in `parameters` begins")]
+    level_memory: Annotated[Array, "levels", Value("1", "where its own memory begins")]
     level_column: Annotated[Array, "levels", Value("1", "its column in what is recorded of tasks")]
     level_gain: Annotated[Array, "levels", Value("1/s", "rate at which its task's error decays")]
     level_in_world: Annotated[
@@ -78,6 +79,7 @@ class StackParameters(Fields):
         return {
             "level_behavior": [number_of(behavior, BEHAVIORS) for behavior in behaviors],
             "level_place": behaviors,
+            "level_memory": setup.memory_rows("behaviors"),
             "level_column": [setup.kinds.index(behavior.behavior) for behavior in behaviors],
             "level_gain": [behavior.convergence for behavior in behaviors],
             "level_in_world": [behavior.frame == "world" for behavior in behaviors],
@@ -241,8 +243,7 @@ def task_of(level: int, r: Robots) -> Task:
         level: The behavior's level, of all phases' levels.
         r: The robots.
     """
-    behavior, block = int(r.plan.level_behavior[level]), block_at(int(r.plan.level_place[level]), r.plan)
-    found: Task = _task_of(behavior, block, r)
+    found: Task = _task_of(int(r.plan.level_behavior[level]), level, r)
     return found
 
 
@@ -250,12 +251,12 @@ def _task_by(behavior: type[Behavior]) -> Callable[..., Any]:
     """Return the kernel that asks a behavior that ships."""
     ask, read = inlined_once(vars(behavior)["task"]), reader(behavior)
 
-    def task_by(block: int, r: Robots) -> Task:
-        found: Task = ask(read(block, 0), r)
+    def task_by(level: int, r: Robots) -> Task:
+        found: Task = ask(read(block_at(int(r.plan.level_place[level]), r.plan), 0), r)
         return found
 
-    def task_of_limit(block: int, r: Robots) -> Task:
-        return as_task(ask(read(block, 0), r))
+    def task_of_limit(level: int, r: Robots) -> Task:
+        return as_task(ask(read(block_at(int(r.plan.level_place[level]), r.plan), 0), r))
 
     return inlined(task_of_limit if behavior.limits else task_by)
 

@@ -37,6 +37,7 @@ class SupervisorParameters(Fields):
         Array, "phases", Value("1", "place in RULES, their number for a plugin's; -1 for no condition")
     ]
     phase_rule_place: Annotated[Array, "phases", Value("1", "where its block in `parameters` begins")]
+    phase_rule_row: Annotated[Array, "phases", Value("1", "where its own memory begins")]
 
     @classmethod
     def packed(cls, setup: MissionSetup) -> dict[str, Any]:
@@ -52,6 +53,7 @@ class SupervisorParameters(Fields):
             "phase_team": [0, *(names.index(phase.team) for phase in phases)],
             "phase_rule": [ALWAYS, *rules],
             "phase_rule_place": [0, *(phase.when or 0 for phase in phases)],
+            "phase_rule_row": [0, *setup.memory_rows("rules")],
         }
 
 

@@ -8,7 +8,7 @@ from typing import Annotated, Any, ClassVar, NamedTuple
 
 from escort_mj.components.dispatch import in_turn
 from escort_mj.components.equations import VECTOR, Answer, Call, Equations
-from escort_mj.components.memory import RATE, keep_rate
+from escort_mj.components.memory import RATE, keep_rate, memory_at
 from escort_mj.knowledge.teammates import Mate
 from escort_mj.native.fields import Array
 from escort_mj.native.lanes import WIDTH, Lanes, everywhere, lane_numbers, load
@@ -177,7 +177,7 @@ class Disturbance(Equations):
             def write(parameters: Any, view: Any) -> None:
                 for i in range(0, view.q.shape[0], WIDTH):
                     set_rows(view.rate_found, i, rate(parameters, robots_at(i, view)))
-                keep_rate(view, row)
+                keep_rate(view, row, 0, view.q.shape[0])
 
             return made(write)
 
@@ -199,9 +199,7 @@ def _remembered(row: int) -> property:
     """Return a property that reads a row of the memory of the component at hand."""
 
     def read(robots: Any) -> Vec:
-        view = robots.seen
-        first = (int(view.memory_row[0]) + row) * view.q.shape[0]
-        return rows_at(view, view.component_memory, first + robots.i)
+        return memory_at(robots.seen, row, robots.i)
 
     return property(read)
 

@@ -207,7 +207,7 @@ def memory_by(law: type[Law], made: Callable[[Call], Call], equations: Mapping[s
         def write(parameters: Any, view: Any) -> None:
             for at in range(0, view.e.shape[0] * view.e.shape[1], WIDTH):
                 store(view.rate_found, at, rate(parameters, axes_at(view, at)))
-            keep_rate(view, row)
+            keep_rate(view, row, 0, view.q_d.shape[0])
 
         return made(write)
 

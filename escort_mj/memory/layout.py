@@ -18,7 +18,7 @@ from escort_mj.behaviors.learned import LearnedParameters, LearnedState
 from escort_mj.behaviors.surface import RadiusParameters, RadiusState
 from escort_mj.behaviors.vertices import VertexParameters, VertexState
 from escort_mj.components.component import ComponentParameters
-from escort_mj.components.memory import MemoryState
+from escort_mj.components.memory import MemoryParameters, MemoryState
 from escort_mj.components.mission import MissionParameters, MissionState
 from escort_mj.components.movers import MoverParameters, MoverState
 from escort_mj.components.obstacles import ObstacleParameters, ObstacleState
@@ -95,6 +95,7 @@ class Plan(
     OuterLoopParameters,
     TriggerParameters,
     DisturbanceParameters,
+    MemoryParameters,
     InnerLoopParameters,
     ChordParameters,
     VertexParameters,

@@ -352,6 +352,11 @@ def metrics_of(module: ModuleType, home: str) -> list[Metric]:
     ]
 
 
+def by_rank(metrics: Iterable[Metric]) -> tuple[Metric, ...]:
+    """Return metrics as tables list them."""
+    return tuple(sorted(metrics, key=lambda metric: (metric.rank, metric.name)))
+
+
 def metrics_in(package: str, path: Iterable[str]) -> tuple[Metric, ...]:
     """Return the metrics that the modules of a package define, by rank and name.
 
@@ -361,4 +366,4 @@ def metrics_in(package: str, path: Iterable[str]) -> tuple[Metric, ...]:
     """
     names = [f"{package}.{each.name}" for each in iter_modules(path)]
     found = [metric for name in names for metric in metrics_of(import_module(name), name)]
-    return tuple(sorted(found, key=lambda metric: (metric.rank, metric.name)))
+    return by_rank(found)

@@ -5,33 +5,29 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, ClassVar, Literal
 
-from escort_mj.behaviors.robots import Robots, robots_at
+from escort_mj.behaviors.equations import TeamEquations
+from escort_mj.behaviors.robots import Robots
 from escort_mj.components.component import Derived
-from escort_mj.components.equations import Call, Equations
-from escort_mj.components.views import BehaviorView
+from escort_mj.components.equations import NUMBER, VECTOR, Answer, Call
 from escort_mj.native.lanes import everywhere, store
-from escort_mj.native.values import names_of
 
 TEAM = 1
 """Place among the choices of `scope`."""
 
 
-class Rule(Equations):
+class Rule(TeamEquations):
     """Condition for a phase, evaluated with the robots' measurements (`sensing`).
 
     A subclass has a key `quantity` with its name, parameters, and the equation `value(self, r)`, which
-    returns a number for each robot. Kernels evaluate it for eight robots at once.
+    returns a number for each robot. Kernels evaluate it for eight robots at once. What it integrates of its
+    own, it declares as behaviors do.
     """
 
     plural: ClassVar[str] = "rules"
     named_by: ClassVar[str] = "quantity"
     method: ClassVar[str] = "value"
     asks: ClassVar[tuple[str, ...]] = ("value",)
-    reads: ClassVar[tuple[tuple[str, str], ...]] = tuple((name, name) for name in names_of(Robots))
-    keeps: ClassVar[str] = ""
-    view: ClassVar[type] = BehaviorView
-    outputs: ClassVar[tuple[str, ...]] = ("compared",)
-    answers: ClassVar[str | None] = ""
+    outputs: ClassVar[tuple[str, ...]] = ("compared", "component_rate")
     gives: ClassVar[str] = "robot {} a value"
     looks_at: ClassVar[tuple[str, ...]] = ()
     """What a mission has to have: `obstacles`, `robots` (two or more), `target`."""
@@ -69,9 +65,15 @@ class Rule(Equations):
     @classmethod
     def evaluation(cls, made: Call, equations: Mapping[str, Call]) -> Call:
         """Return what writes the values of robots i to i + 7 to a view: `(parameters, view, i)`."""
-        value = equations["value"]
+        value, robots, move_on = equations["value"], cls.robots(), cls.moving_on(made, equations)
 
         def compare(parameters: Any, view: Any, i: int) -> None:
-            store(view.compared, i, everywhere(value(parameters, robots_at(i, view, view))))
+            store(view.compared, i, everywhere(value(parameters, robots(i, view, view))))
+            move_on(parameters, view, i)
 
         return compare
+
+    @classmethod
+    def answer_of(cls, name: str) -> Answer:
+        """Return what an equation is to return."""
+        return NUMBER if name == cls.method else VECTOR

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from escort_mj.behaviors import Behavior, Chords, Formation, Surface, Vertices
+from escort_mj.behaviors import Behavior, Chords, Formation, Surface
 from escort_mj.behaviors.formation import ALONG
 from escort_mj.components.rays import KINDS
 from escort_mj.components.setup import Frame, FunctionOfTime, Mover, Shape
@@ -247,4 +247,4 @@ def _reforming(scenario: Scenario, robots: Placement) -> Reforming | None:
 
 
 def _keeps_vertices(scenario: Scenario) -> bool:
-    return any(isinstance(behavior, Vertices) for behavior in all_behaviors(scenario))
+    return any(behavior.uses_vertices for behavior in all_behaviors(scenario))

@@ -121,7 +121,7 @@ class Backend:
         for array in (state.q_d_rate, state.rho_hat_rate):
             array[returned] = 0.0
         for array in (state.component_memory, state.component_rate):
-            array[: len(setup.law_memory), returned] = 0.0
+            array[:, returned] = 0.0
 
     def apply(self, force: Array) -> None:
         """Take over the forces that robots really get, shape (n, p) [N]."""

@@ -347,7 +347,8 @@ def _team_tasks_of_intercept(behavior: Intercept, now: Situation) -> tuple[Task,
     point, course = quarry(behavior, now)
     way = point - now.q
     left = np.maximum(np.linalg.norm(way, axis=1) - behavior.within, 0.0)
-    velocity = toward_meeting(way, course, behavior.pace(now.setup), behavior.gain * left)
+    speed = min(behavior.speed or UNLIMITED, now.setup.max_speed)
+    velocity = toward_meeting(way, course, speed, behavior.gain * left)
     active = is_active(behavior, now)
     wanted = np.where(active[:, None], velocity, 0.0)
     return (Task(np.diag(np.repeat(active, now.q.shape[1]).astype(float)), wanted.ravel()),)

@@ -178,6 +178,7 @@ def custom_failure(block: int, i: int, plan: Plan, state: State) -> None:
 def custom_rule(phase: int, plan: Plan, state: State) -> None:
     """Asks a plugin's rule of all robots what it compares; where it fails, that is no number."""
     block, n = block_at(int(plan.phase_rule_place[phase]), plan), state.q.shape[0]
+    state.memory_row[0] = plan.phase_rule_row[phase]
     for i in range(0, n, WIDTH):
         failed, _ = _asked(block, i, state)
         for robot in range(i, min(i + WIDTH, n)):
@@ -202,20 +203,22 @@ def custom_sensor(block: int, question: int, plan: Plan, state: State) -> None:
 
 
 @inlined
-def custom_task(block: int, r: Robots) -> Task:
+def custom_task(level: int, r: Robots) -> Task:
     """Return what a plugin's behavior asks of robots.
 
     Args:
-        block: Address of its parameters.
+        level: The behavior's level, of all phases' levels.
         r: The robots.
     """
-    _ask_plugin(block, r.i, r.plan, r.state)
+    _ask_plugin(level, r.i, r.plan, r.state)
     return kept_task(r.state, r.i)
 
 
 @on_demand
-def _ask_plugin(block: int, i: int, plan: Plan, state: State) -> None:
+def _ask_plugin(level: int, i: int, plan: Plan, state: State) -> None:
     """Has a plugin's behavior keep its task for robots i to i + 7; where it fails, it asks for no numbers."""
+    block = block_at(int(plan.level_place[level]), plan)
+    state.memory_row[0] = plan.level_memory[level]
     failed, _ = _asked(block, i, state)
     for robot in range(i, min(i + WIDTH, state.q.shape[0])):
         total = state.asked[robot, ERROR] + _sum_of(state.asked_velocity[robot])

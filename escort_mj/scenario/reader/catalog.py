@@ -17,6 +17,7 @@ from pydantic import BaseModel, Field, create_model
 from escort_mj.components.equations import kind_word
 from escort_mj.components.parameters import Members, one_of
 from escort_mj.errors import PluginError
+from escort_mj.metrics.metric import Metric, by_rank
 from escort_mj.scenario.findings import Finding
 from escort_mj.scenario.kinds import KINDS, TABLES, name_of
 from escort_mj.scenario.reader.plugins import Plugin, load_all, load_plugin, source_of
@@ -78,7 +79,7 @@ def assemble(plugins: Sequence[Plugin]) -> Catalog:
                     )
                 owners[name] = plugin.name
                 found.append(member)
-        members.append(tuple(found))
+        members.append(by_rank(found) if base is Metric else tuple(found))
     return Catalog(tuple(plugins), tuple(members))
 
 

@@ -190,7 +190,8 @@ def _wins(results: Results, index: int, other: int, name: str, by: float) -> boo
         return results.completed(index)
     ours, theirs = _value(results, name, index), _value(results, name, other)
     more = results.quantities[name].more_is_better
-    return theirs < ours * (1.0 - by) if more else ours < theirs * (1.0 - by)
+    high, low = (ours, theirs) if more else (theirs, ours)
+    return low < high * (1.0 - math.copysign(by, high))
 
 
 def _pairs(results: Results, index: int, other: int, better: Better) -> str:

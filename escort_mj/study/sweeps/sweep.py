@@ -23,6 +23,7 @@ from escort_mj.study.engine.work import RUNS, Job, killed, perform
 from escort_mj.study.sweeps.definition import StudyFile, cells_of
 from escort_mj.study.sweeps.design import Cell, Design, Planned, word
 from escort_mj.study.sweeps.results import Results, record_of
+from escort_mj.study.sweeps.statistics import counted
 
 CONFIRMING = "--yes (in Python confirmed=True) makes them"
 TABLE = "runs.csv"
@@ -118,7 +119,7 @@ def sweep_design(
 def sweep_line(study: str, done: Swept) -> str:
     """What a sweep did, in a line."""
     return (
-        f"{study}: {done.runs} runs in {done.cells} cells: {done.made} new, "
+        f"{study}: {counted(done.runs, 'run')} in {counted(done.cells, 'cell')}: {done.made} new, "
         f"{done.runs - done.made} from earlier; {done.failed} failed, {done.broken} of them broke"
     )
 
