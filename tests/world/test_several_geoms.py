@@ -37,6 +37,20 @@ def slider(height=0.2, more="", limb="", servo="", key=""):
     return SLIDER.format(height=height, more=more, limb=limb, servo=servo, key=key)
 
 
+def write_limb(folder, arm="", hull='type="sphere" size="0.2"', body="", axes=AXES, more=""):
+    """A plugin's kind of robots, and a mission of two of them."""
+    joints = "".join(f'<joint name="{a}" type="slide" axis="{v}"/>' for a, v in axes.items())
+    motors = "".join(f'<motor name="{axis}" joint="{axis}"/>' for axis in axes)
+    hull = f'<geom name="body" mass="1" {hull}/>'
+    whole = f'<worldbody><body name="robot" {body}>{joints}{hull}{arm}</body></worldbody>'
+    (folder / "limb.py").write_text(
+        "from typing import ClassVar, Literal\nfrom escort_mj.plugins import RobotKind\n\n\n"
+        "class Limb(RobotKind):\n    kind: Literal['limb'] = 'limb'\n"
+        f"    mjcf: ClassVar[str] = '<mujoco>{more}{whole}<actuator>{motors}</actuator></mujoco>'\n"
+    )
+    (folder / "limb.yaml").write_text("plugins: [limb.py]\nrobots: {count: 2, kind: limb}\n")
+
+
 @pytest.fixture
 def flown(tmp_path):
     """Load a mission of robots that drive from -3 to 3 along x, and fly it."""
@@ -202,19 +216,20 @@ def test_a_plugin_whose_hull_is_wrong_or_passes_through_bodies_is_refused(tmp_pa
         build(load_file(tmp_path / "odd.yaml"))
 
 
-def test_a_plugin_whose_arm_alone_passes_through_bodies_is_refused(tmp_path):
-    joints = "".join(f'<joint name="{a}" type="slide" axis="{v}"/>' for a, v in AXES.items())
-    motors = "".join(f'<motor name="{axis}" joint="{axis}"/>' for axis in AXES)
-    arm = '<geom name="arm" type="capsule" size="0.05" fromto="0 0 0 0 1 0" contype="4" conaffinity="4"/>'
-    hull = '<geom name="body" type="sphere" size="0.2" mass="1"/>'
-    body = f'<worldbody><body name="robot">{joints}{hull}{arm}</body></worldbody>'
-    (tmp_path / "limb.py").write_text(
-        "from typing import ClassVar, Literal\nfrom escort_mj.plugins import RobotKind\n\n\n"
-        "class Limb(RobotKind):\n    kind: Literal['limb'] = 'limb'\n"
-        f"    mjcf: ClassVar[str] = '<mujoco>{body}<actuator>{motors}</actuator></mujoco>'\n"
-    )
-    (tmp_path / "limb.yaml").write_text("plugins: [limb.py]\nrobots: {count: 2, kind: limb}\n")
-    with pytest.raises(ScenarioError, match="robot 1, a limb, has geoms that cannot touch anything"):
+@pytest.mark.parametrize(
+    ("arm", "words"),
+    [
+        ('contype="4" conaffinity="4"', "robot 1, a limb, has geoms that cannot touch anything"),
+        ('contype="1" conaffinity="0"', "robot 1, a limb, cannot touch robot_2"),
+        ('contype="0" conaffinity="1"', "robot 1, a limb, cannot touch robot_2"),
+        ('margin="-0.2"', "robot 1, a limb: the geom robot_1_arm: found margin -0.2 m and gap 0 m"),
+        ('gap="-0.2"', "robot 1, a limb: the geom robot_1_arm: found margin 0 m and gap -0.2 m"),
+        ('gap="20"', "robot 1, a limb: the geom robot_1_arm: found a gap of 20 m"),
+    ],
+)
+def test_a_plugin_whose_arm_alone_passes_through_bodies_is_refused(tmp_path, arm, words):
+    write_limb(tmp_path, f'<geom name="arm" type="capsule" size="0.05" fromto="0 0 0 0 1 0" {arm}/>')
+    with pytest.raises(ScenarioError, match=words):
         build(load_file(tmp_path / "limb.yaml"))
 
 

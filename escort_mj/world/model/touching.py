@@ -23,6 +23,7 @@ from escort_mj.mjcf import section
 from escort_mj.scenario.geometry.bodies import Bodies
 from escort_mj.scenario.geometry.placement import Placement
 from escort_mj.world.loop.addresses import geom_bodies
+from escort_mj.world.model.robot.effects import found_too_deep
 from escort_mj.world.model.robot.flat import BITS, FLOOR_BITS
 
 Masks = frozenset[tuple[int, int]]
@@ -81,7 +82,8 @@ def check_pairs(model: mujoco.MjModel, bodies: Bodies, kinds: Sequence[str]) -> 
         kinds: Kind of each robot, for messages.
 
     Raises:
-        ScenarioError: If a robot and another body would pass through each other.
+        ScenarioError: If a robot and another body would pass through each other, or be inside each other
+            before that is found.
     """
     masks, names = _masks(model, bodies.names), bodies.names[:-1]
     first: dict[Masks, list[int]] = {}
@@ -91,7 +93,7 @@ def check_pairs(model: mujoco.MjModel, bodies: Bodies, kinds: Sequence[str]) -> 
             if len(same) < 2:
                 same.append(body)
     for one, other in combinations_with_replacement(first, 2):
-        if any((a & d) | (c & b) for a, b in one for c, d in other):
+        if _meet(one, other):
             continue
         pair = first[one][:2] if one is other else [first[one][0], first[other][0]]
         if len(pair) == 2 and min(pair) < len(kinds):
@@ -99,12 +101,23 @@ def check_pairs(model: mujoco.MjModel, bodies: Bodies, kinds: Sequence[str]) -> 
     for robot in range(len(kinds)):
         if not masks[robot] or any(not (a | b) & FLOOR_BITS for a, b in masks[robot]):
             raise ScenarioError([_apart(names, kinds, robot, None)])
+    owner, solid = geom_bodies(model, names[: len(kinds)]), (model.geom_contype | model.geom_conaffinity) > 0
+    for geom in np.flatnonzero((owner >= 0) & solid & ((model.geom_margin < 0.0) | (model.geom_gap != 0.0))):
+        if deep := found_too_deep(model, geom):
+            robot = int(owner[geom])
+            raise ScenarioError([Fault(f"robot {robot + 1}, a {kinds[robot]}: {deep}", "robots.kind")])
     roots = {model.body(name).id: place for place, name in enumerate(names) if masks[place]}
     for signature in model.exclude_signature:
         ends = [roots.get(int(model.body_rootid[body])) for body in divmod(int(signature), 1 << 16)]
         if None not in ends and ends[0] != ends[1]:
             low, high = sorted(end for end in ends if end is not None)
             raise ScenarioError([_apart(names, kinds, low, high)])
+
+
+def _meet(one: Masks, other: Masks) -> bool:
+    """Whether bodies can touch: with all geoms of theirs that are to touch more than the floor."""
+    pairs = [((a & d) | (c & b), (a | b) & (c | d) & BITS) for a, b in one for c, d in other]
+    return any(meets for meets, _ in pairs) and all(meets for meets, asked in pairs if asked)
 
 
 def _masks(model: mujoco.MjModel, names: Sequence[str]) -> list[Masks]:

@@ -254,23 +254,30 @@ def solid_geoms(machine: Machine) -> list[int]:
         found = f"contype and conaffinity of all {len(ours)} are 0" if ours else "it has none"
         raise RobotError(f"{machine.name}: none of its geoms can touch anything: {found}")
     for geom in solid:
-        called, margin, gap = _called(model, geom), model.geom_margin[geom], model.geom_gap[geom]
-        if gap > LARGEST_GAP:
-            raise RobotError(
-                f"{machine.name}: {called}: found a gap of {gap:g} m; allowed is at most {LARGEST_GAP:g} m: "
-                "what it touches would be so far inside it before anything pushes back"
-            )
-        if (least := margin + min(gap, 0.0)) < 0.0:
-            raise RobotError(
-                f"{machine.name}: {called}: found margin {margin:g} m and gap {gap:g} m; both together are "
-                f"at least 0 m, or bodies would be {-least:g} m inside it before a touch is found"
-            )
+        if deep := found_too_deep(model, geom):
+            raise RobotError(f"{machine.name}: {deep}")
         if model.body_weldid[model.geom_bodyid[geom]] == 0:
             raise RobotError(
-                f"{machine.name}: {called} can touch something, and no joint moves it; make what stands an "
+                f"{machine.name}: {_called(model, geom)} can touch something, and no joint moves it; make what stands an "
                 "obstacle of the scenario, or give it contype 0 and conaffinity 0"
             )
     return solid
+
+
+def found_too_deep(model: mujoco.MjModel, geom: int) -> str:
+    """How bodies would be inside a geom before that is found or pushes back, in words; empty for not at all."""
+    called, margin, gap = _called(model, geom), model.geom_margin[geom], model.geom_gap[geom]
+    if gap > LARGEST_GAP:
+        return (
+            f"{called}: found a gap of {gap:g} m; allowed is at most {LARGEST_GAP:g} m: "
+            "what it touches would be so far inside it before anything pushes back"
+        )
+    if (least := margin + min(gap, 0.0)) < 0.0:
+        return (
+            f"{called}: found margin {margin:g} m and gap {gap:g} m; both together are "
+            f"at least 0 m, or bodies would be {-least:g} m inside it before a touch is found"
+        )
+    return ""
 
 
 def _called(model: mujoco.MjModel, geom: int) -> str:
