@@ -233,6 +233,38 @@ def test_a_plugin_whose_arm_alone_passes_through_bodies_is_refused(tmp_path, arm
         build(load_file(tmp_path / "limb.yaml"))
 
 
+@pytest.mark.parametrize(
+    ("keys", "words"),
+    [
+        ({"hull": 'type="capsule" size="0.2" fromto="0 -1 0 0 1 0"'}, "no sphere with the robot's radius"),
+        ({"hull": 'size="0.2" pos="0 0.6 0"'}, "not at the center of the body robot"),
+        ({"body": 'euler="0 0 1.57"'}, "joints x, y and z do not slide"),
+        ({"axes": AXES | {"x": "-1 0 0"}}, "joints x, y and z do not slide"),
+    ],
+)
+def test_a_plugin_whose_hull_is_not_where_its_coordinates_say_is_refused(tmp_path, keys, words):
+    """Clearances were those of a sphere at its coordinates, wherever it touched something."""
+    write_limb(tmp_path, **keys)
+    with pytest.raises(PluginError, match=f"limb.py: the kind limb: .*{words}"):
+        build(load_file(tmp_path / "limb.yaml"))
+
+
+def test_more_than_a_body_and_motors_of_a_plugin_is_refused(tmp_path):
+    """It was left out without a word: defaults, masks that exclude, constraints, what stands beside."""
+    for more in ("<default><geom contype=\\'0\\'/></default>", "<worldbody><light/></worldbody>"):
+        write_limb(tmp_path, more=more)
+        with pytest.raises(PluginError, match=r"found <(default|light)>; a mission takes the body robot"):
+            build(load_file(tmp_path / "limb.yaml"))
+
+
+def test_a_plugin_whose_hull_grows_is_refused(tmp_path):
+    write_limb(tmp_path)
+    with (tmp_path / "limb.py").open("a") as file:
+        file.write("\n    def shape(self, parts, radius):\n        parts['body'].set('size', '0.4')\n")
+    with pytest.raises(PluginError, match="no sphere with the robot's radius, which is 0.2 m"):
+        build(load_file(tmp_path / "limb.yaml"))
+
+
 def test_a_flex_is_no_part_of_a_robot_that_a_mission_takes():
     sail = (
         '<flexcomp name="sail" type="grid" count="3 3 1" spacing=".2 .2 .2" dim="2" mass=".1" rigid="true"/>'

@@ -35,7 +35,7 @@ from escort_mj.world.model.cameras import add_cameras
 from escort_mj.world.model.compiling import add_numbers, compile_addressed
 from escort_mj.world.model.parts import new_root, place_of
 from escort_mj.world.model.robot.placing import add_assets, add_media, models_of, own_geoms
-from escort_mj.world.model.robots import add_robots
+from escort_mj.world.model.robots import add_robots, check_hulls
 from escort_mj.world.model.surroundings import add_obstacles, add_target, add_tethers, set_floor, set_medium
 from escort_mj.world.model.touching import Solids, check_pairs, solids_of
 from escort_mj.world.stages import IN_SPACE, Stage, corners, stages_of
@@ -159,6 +159,7 @@ def _built(mission: Mission) -> World:
     add_media(tree, models, scenario.environment)
     model = compile_addressed(tree, mission, stages, assets, solids)
     if scenario.axes <= IN_SPACE:
+        check_hulls(model, robots)
         check_pairs(model, mission.bodies, [kind.kind for kind in robots.kind])
     thin = thickness(model, mission.bodies.names)
     return World(model, tree, mission, thin, _shapes(mission, solids), sizes, assets)

@@ -23,6 +23,9 @@ from escort_mj.native.shipped import remembered
 from escort_mj.robots import RobotKind
 from escort_mj.world.model.robot.files import REFUSED
 
+SECTIONS = ("worldbody", "actuator")
+"""What a mission takes of a kind's MJCF."""
+
 
 @cache
 def models_folder() -> Path:
@@ -92,7 +95,8 @@ def _shipped_part(name: str, part: str) -> Element:
 def _own_part(place: str, text: str) -> Element:
     """A part that a plugin brings as text, checked."""
     try:
-        root = ElementTree.fromstring(_checked(_whole(text)))
+        whole = _whole(text)
+        root, sections = ElementTree.fromstring(_checked(whole)), ElementTree.fromstring(whole)
     except Exception as error:
         words = " ".join(str(error).split())[:200]
         raise PluginError(f"{place}: its MJCF cannot be read: {words}") from None
@@ -109,6 +113,9 @@ def _own_part(place: str, text: str) -> Element:
         raise PluginError(f'{place}: the body robot has no <geom name="body">, its hull, a sphere')
     if wrong := next((each.tag for each in root.iter() if each.tag in REFUSED), None):
         raise PluginError(f"{place}: found <{wrong}>; a body has bodies, geoms and joints")
+    beside = (each for each in (*sections, *sections.iterfind("worldbody/*")) if each.get("name") != "robot")
+    if wrong := next((each.tag for each in beside if each.tag not in SECTIONS), None):
+        raise PluginError(f"{place}: found <{wrong}>; a mission takes the body robot and its motors alone")
     motors = [motor.get("name") for motor in root.iter("motor")]
     if motors != list("xyz"):
         raise PluginError(f"{place}: found the motors {motors}; expected x, y and z")

@@ -14,9 +14,10 @@ from escort_mj import palette
 from escort_mj.components.mission import axis_names
 from escort_mj.errors import PluginError
 from escort_mj.mjcf import child_named, copied, names_in_copy, section, set_attributes
+from escort_mj.plugin_calls import is_plugins
 from escort_mj.robots.kind import FREE_COORDINATES, Motor, RobotKind
 from escort_mj.scenario.geometry.placement import Placement
-from escort_mj.world.model.parts import part_of
+from escort_mj.world.model.parts import part_of, place_of
 from escort_mj.world.model.robot.placing import add_model, start_model
 from escort_mj.world.stages import IN_SPACE, THIN, Stage, robot_steps
 
@@ -24,6 +25,7 @@ Array = NDArray[np.float64]
 
 HULL_OPACITY = 0.12  # of the sphere around robots that show themselves
 RAIL = [0.72, 0.74, 0.77, 1.0]
+ROUNDING = 1e-6
 JOINTS = ("joint", "freejoint")
 COORDINATES = {"freejoint": FREE_COORDINATES, "free": FREE_COORDINATES, "ball": 4}  # of others 1
 
@@ -214,6 +216,36 @@ def _shape(body: Element, name: str, kind: RobotKind, mass: float, radius: float
             f"the kind {kind.kind}: its joints have {found} coordinates in {axes} axes, and coordinates() "
             f"says {kind.coordinates(axes)}"
         )
+
+
+def check_hulls(model: mujoco.MjModel, robots: Placement) -> None:
+    """Make sure that the hulls of plugins' kinds are where their coordinates say, and as large as is said.
+
+    Args:
+        model: A compiled world of at most three axes.
+        robots: What they are.
+
+    Raises:
+        PluginError: If one is not: clearances would be those of another sphere.
+    """
+    slide, sphere = int(mujoco.mjtJoint.mjJNT_SLIDE), int(mujoco.mjtGeom.mjGEOM_SPHERE)
+    for i, (kind, radius) in enumerate(zip(robots.kind, robots.radius, strict=True)):
+        if kind.modeled or not is_plugins(type(kind)):
+            continue
+        body, hull = model.body(f"robot_{i + 1}"), model.geom(f"robot_{i + 1}_body")
+        own = slice(body.jntadr[0], body.jntadr[0] + min(body.jntnum[0], robots.position.shape[1]))
+        ways = model.jnt_axis[own].copy()
+        for way in ways:
+            mujoco.mju_rotVecQuat(way, way.copy(), body.quat)
+        words = ""
+        if hull.type[0] != sphere or abs(hull.size[0] - radius) > ROUNDING * radius:
+            words = f"its hull, the geom body, is no sphere with the robot's radius, which is {radius:g} m"
+        elif hull.bodyid[0] != body.id or np.abs(hull.pos).max() > ROUNDING * radius:
+            words = "its hull, the geom body, is not at the center of the body robot"
+        elif (model.jnt_type[own] == slide).all() and np.abs(ways - np.eye(3)[: len(ways)]).max() > ROUNDING:
+            words = "its joints x, y and z do not slide along the axes of these names"
+        if words:
+            raise PluginError(f"{place_of(kind)}: {words}")
 
 
 def _add_rail(world: Element, name: str, stage: Stage, robot: float, radius: float) -> None:

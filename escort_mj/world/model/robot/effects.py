@@ -258,14 +258,14 @@ def solid_geoms(machine: Machine) -> list[int]:
             raise RobotError(f"{machine.name}: {deep}")
         if model.body_weldid[model.geom_bodyid[geom]] == 0:
             raise RobotError(
-                f"{machine.name}: {_called(model, geom)} can touch something, and no joint moves it; make what stands an "
-                "obstacle of the scenario, or give it contype 0 and conaffinity 0"
+                f"{machine.name}: {_called(model, geom)} can touch something, and no joint moves it; make "
+                "what stands an obstacle of the scenario, or give it contype 0 and conaffinity 0"
             )
     return solid
 
 
 def found_too_deep(model: mujoco.MjModel, geom: int) -> str:
-    """How bodies would be inside a geom before that is found or pushes back, in words; empty for not at all."""
+    """How bodies would be inside a geom before that is found or pushes back, in words; else nothing."""
     called, margin, gap = _called(model, geom), model.geom_margin[geom], model.geom_gap[geom]
     if gap > LARGEST_GAP:
         return (
