@@ -73,12 +73,11 @@ def text_of(value: float, unit: str) -> str:
     return f"{value:.4g}{unit and ' ' + unit}"
 
 
-def circumstances(found: Measure) -> str:
-    """Who and when, where known."""
-    words = f" ({found.who}" if found.bodies else ""
-    if found.time is not None:
-        words += f"{' at' if words else ' (at'} {found.time:.2f} s"
-    return f"{words})" if words else ""
+def circumstances(found: Measure, at: str = "at") -> str:
+    """Who and when, where known; `by` a time that is that of the sample after it."""
+    when = "" if found.time is None else f"{at} {found.time:.2f} s"
+    words = " ".join(filter(None, (found.who, when)))
+    return f" ({words})" if words else ""
 
 
 def order_faults(low: float | None, high: float | None) -> Iterator[Fault]:

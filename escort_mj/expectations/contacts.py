@@ -17,7 +17,7 @@ from escort_mj.metrics.contacts import FORCELESS, contacts_untold
 from escort_mj.metrics.measure import Measure
 from escort_mj.record.episodes import by_geometry, pair
 from escort_mj.record.recording import Recorded, is_log
-from escort_mj.record.window import window
+from escort_mj.record.window import rate_of, window
 
 if TYPE_CHECKING:
     from escort_mj.record.outcome import Outcome
@@ -184,4 +184,5 @@ def _barely_missed(sides: tuple[str, str] | None, part: Recorded) -> str:
     nearest = NEAR * float(part["robot_radius"].values.min())
     if found.value is None or not 0.0 <= found.value < nearest:
         return ""
-    return f", a near miss: {1e3 * found.value:.2g} mm{circumstances(found)}"
+    at = "at" if rate_of(part) == 1.0 / float(part.attrs["timestep"]) else "by"  # a sample
+    return f", a near miss: {1e3 * found.value:.2g} mm{circumstances(found, at)}"

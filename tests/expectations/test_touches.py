@@ -175,7 +175,7 @@ class TestClearance:
         trace = watched(clearance=[(4, 1, "walls", 0.004, "wall_1")])
         found = contacts(("robots", "walls"), trace)
         assert found.held and found.near_miss
-        assert found.found == "none, a near miss: 4 mm (robot 2 and wall_1 at 4.00 s)"
+        assert found.found == "none, a near miss: 4 mm (robot 2 and wall_1 by 4.00 s)"
         assert not contacts(("robots", "walls"), trace, after=5.0).near_miss
         assert contacts("none", trace).near_miss
         deeper = watched(clearance=[(4, 1, "walls", -0.001, "wall_1")])  # touched before the window
