@@ -165,6 +165,17 @@ def test_tunneling_is_of_the_fastest_whenever_they_are(compiled):
         assert_equal(verdicts(scenario, rate), reference)
 
 
+def test_the_tail_of_a_run_begins_in_the_same_step_where_its_duration_is_no_step(compiled):
+    """A run of 10.001 s ends in the step at 10 s, and its tail begins at 8 s, not in the step after it."""
+    tail = {"metric": "radius_error_mean", "at_most": 0.3, "over": "tail"}
+    scenario = JUMPING.replace(
+        duration=10.001, expect=(tail, {"metric": "order", "at_most": 0.9, "over": "tail"})
+    )
+    reference = verdicts(scenario, 500)
+    for rate in (1, 10, 50):
+        assert_equal(verdicts(scenario, rate), reference)
+
+
 def test_the_worst_is_that_of_all_steps_by_hand(compiled):
     whole = fly(JUMPING.replace({"recording.rate": round(1.0 / JUMPING.physics.timestep)})).trace
     coarse = {one.metric: one for one in fly(JUMPING.replace({"recording.rate": 1})).verdicts}

@@ -72,7 +72,7 @@ def schedule_of(scenario: Scenario, more: Iterable[int] = ()) -> Schedule:
     last = last_step(scenario.duration, timestep)
     wanted = {last, *more}
     for expectation in scenario.expect:
-        start, end = expectation.window_in(scenario.duration)
+        start, end = expectation.window_in(last * timestep)  # of its trace: the duration need not be a step
         first = first_step(start, timestep)
         wanted.add(first)
         if expectation.watched or expectation.watches:
