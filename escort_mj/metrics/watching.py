@@ -215,6 +215,24 @@ def watched(trace: Recorded, watch: Watch) -> Folded | None:
     return Folded(*(each[some] for each in folded))
 
 
+def _known(trace: Recorded, watch: Watch) -> Folded:
+    """Return what is known of a watch's course: of stretches that were watched, or else of samples.
+
+    What was watched counts as it was then: the trace has only the last of what a mission under way changes.
+    The first sample of a window may know of no stretch.
+    """
+    between, rest, start = watched(trace, watch), trace, np.zeros(1, dtype=np.intp)
+    if between is not None:
+        place = trace["watch"].values.tolist().index(watch.label)
+        if trace["watch_count"].values[0, place] > 0.0:
+            return between
+        rest = trace.isel(time=np.arange(trace.sizes["time"]) < 1)
+    found = fold(watch, rest, start, watch.course.values(rest, start))
+    if between is None:
+        return found
+    return Folded(*(np.append(one, more) for one, more in zip(found, between, strict=True)))
+
+
 def worst_of(trace: Recorded, watch: Watch) -> Measure:
     """Return the largest or the least value of a watch's course, the first of equals.
 
@@ -224,12 +242,7 @@ def worst_of(trace: Recorded, watch: Watch) -> Measure:
         trace: With a sample at least, or a step, that has a value.
         watch: What was asked, whether or not it was watched.
     """
-    start = np.zeros(1, dtype=np.intp)
-    found = fold(watch, trace, start, watch.course.values(trace, start))
-    between = watched(trace, watch)
-    if between is not None:
-        found = Folded(*(np.append(one, more) for one, more in zip(found, between, strict=True)))
-    sign = -1.0 if watch.fold is Fold.LARGEST else 1.0
+    found, sign = _known(trace, watch), -1.0 if watch.fold is Fold.LARGEST else 1.0
     best = np.lexsort((found.time, sign * found.value, found.number == 0.0))[0]
     who = watch.course.names(trace)(int(found.who[best]))
     return Measure(float(found.value[best]), float(found.time[best]), who)
@@ -264,20 +277,18 @@ def last_of(trace: Recorded, watch: Watch) -> Last:
         trace: With a sample at least.
         watch: What was asked, whether or not it was watched.
     """
-    time, names, between = trace["time"].values, watch.course.names(trace), watched(trace, watch)
-    start, step = np.zeros(1, dtype=np.intp), float(trace.attrs["timestep"])
-    values = watch.course.values(trace, start)
-    found = fold(watch, trace, start, values)
-    last = float(found.value[0]) if found.number[0] else -math.inf
-    if last == time[-1]:
-        things = np.flatnonzero(values[-1] > watch.bound) if watch.course.whose is None else found.who
-        return Last(last, math.inf, tuple(name for thing in things for name in names(int(thing))))
-    if between is not None:
-        found = Folded(*(np.append(one, more) for one, more in zip(found, between, strict=True)))
+    time, names, found = trace["time"].values, watch.course.names(trace), _known(trace, watch)
     found = Folded(*(each[found.number > 0.0] for each in found))
     if not len(found.value):
         return Last(None, float(time[0]), ())
     best = int(np.argmax(found.value))
-    last = float(found.value[best])
-    since = last + step if between is not None else float(time[np.searchsorted(time, last) + 1])
-    return Last(last, since, names(int(found.who[best])))
+    last, who = float(found.value[best]), found.who[best : best + 1]
+    if last == time[-1]:
+        values = watch.course.values(trace.isel(time=time == last), np.zeros(1, dtype=np.intp))
+        things = np.flatnonzero(values[-1] > watch.bound) if watch.course.whose is None else who
+        return Last(last, math.inf, tuple(name for thing in things for name in names(int(thing))))
+    if watched(trace, watch) is None:
+        since = float(time[np.searchsorted(time, last) + 1])
+    else:
+        since = last + float(trace.attrs["timestep"])
+    return Last(last, since, names(int(who[0])))

@@ -174,17 +174,20 @@ class Plant:
         """Whether no further step can be kept before `take_steps`."""
         return bool(self._kept.steps_count[0] >= self._room)
 
-    def take_steps(self) -> None:
+    def take_steps(self, rest: bool = False) -> None:
         """Set aside the steps up to the last sample, for `fold_steps` once there is no room for more.
 
         Steps behind it stay kept until their sample is taken, unless there is no room for one more: how long
         MuJoCo steps at once, which is a matter of time, changes no bit of what they are folded into.
+
+        Args:
+            rest: Whether to fold all steps that are kept, as another scenario is to follow.
         """
         if self._watcher is None:
             return
         kept, count = self._kept, int(self._kept.steps_count[0])
         sampled = np.flatnonzero(kept.steps[:count, 0])
-        count = int(sampled[-1]) + 1 if len(sampled) else count * self.is_full
+        count = int(sampled[-1]) + 1 if len(sampled) else count * (rest or self.is_full)
         if not count:
             return
         last, begun, whole = int(kept.kept_count[0]), not kept.watch_ended[0], len(sampled) > 0
@@ -338,6 +341,7 @@ class Plant:
         Args:
             before: The other plant. State of the controller that has another shape here starts afresh.
         """
+        before.take_steps(rest=True)  # by what was asked of them
         before.fold_steps()
         mark, old, new = before.mark(), before.world.setup, self.world.setup
         mujoco.mj_setState(self.world.model, self.data, mark.physics, PHYSICS)

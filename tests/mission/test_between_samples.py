@@ -6,7 +6,7 @@ from itertools import cycle
 import numpy as np
 import pytest
 
-from escort_mj import Scenario, load_scenario
+from escort_mj import Scenario, load_scenario, start
 from escort_mj.metrics import METRIC_NAMES
 from escort_mj.metrics.tracking import TRACKED
 from escort_mj.mission import fly
@@ -174,6 +174,30 @@ def test_the_tail_of_a_run_begins_in_the_same_step_where_its_duration_is_no_step
     reference = verdicts(scenario, 500)
     for rate in (1, 10, 50):
         assert_equal(verdicts(scenario, rate), reference)
+
+
+def test_what_is_changed_on_the_way_counts_from_then_on_at_any_rate(compiled):
+    """Robots pass each other at 0.32 m before 0.5 m is asked for, and come to goals while these reach far."""
+    behaviors = (
+        {"behavior": "avoid_obstacles", "safe_distance": 0.25},
+        {"behavior": "goal", "goals": [[3.0, 0.0], [-3.0, 0.6]], "reach": 0.1},
+    )
+    scenario = WAYS.replace(
+        {"mission.behaviors": behaviors, "mission.max_speed": 1.0},
+        robots={"positions": [[-3.0, 0.0], [3.0, 0.6]]},
+        expect=tuple({"metric": name, "at_most": 0.9} for name in ("safety_agents", "arrival_time")),
+    )
+    escort = JUMPING.replace(expect=({"metric": "radius_error_max", "at_most": 0.9}, {"settled": 1, "by": 9}))
+    found = {}
+    for rate in (500, 1, 10):
+        mission = start(scenario.replace({"recording.rate": rate})).step(3.862)
+        mission.change({"mission.behaviors[0].safe_distance": 0.5, "mission.behaviors[1].reach": 1.5})
+        mission.step(2.136).change({"mission.behaviors[1].reach": 0.6})
+        other = start(escort.replace({"recording.rate": rate})).step(7.306)
+        other.change({"mission.radius": 2.5})
+        verdicts = [*mission.step(9.0).run().verdicts, *other.step(9.0).run().verdicts]
+        found[rate] = [(one.metric, one.value and round(one.value, 9), one.time) for one in verdicts]
+    assert found[1] == found[10] == found[500]
 
 
 def test_the_worst_is_that_of_all_steps_by_hand(compiled):
