@@ -39,13 +39,14 @@ from escort_mj.record.window import rate_of
 
 Array = NDArray[np.float64]
 
-PUSHED, STARTED, DISTURBED, MISLED = "pushed", "started", "disturbed", "misled"
+PUSHED, FAILED, STARTED, DISTURBED, MISLED = "pushed", "failed", "started", "disturbed", "misled"
 OUTRUN, BOXED_IN, OVERTAXED, UNEXPLAINED = "outrun", "boxed in", "overtaxed", "unexplained"
 CAUSES = {
     PUSHED: "an earlier touch, whose cause is known, still moves one of the robots: it ended no longer ago "
     "than |v| / a, with the velocity that it left the robot with, and a tenth of a second, or the robot has "
     "been faster than max_speed ever since; likewise a push from outside beyond the force limit, unless what "
     "it threw the robot at is another one with motors, which has to make room",
+    FAILED: "the team knows that the motors of every robot in it have failed: no other robot could make room",
     STARTED: "the start is the alarm, and no flight is clear",
     DISTURBED: "|disturbance| exceeded the force limit of the robot on an axis since the alarm",
     MISLED: "errors of measured positions, |q_measured - q|, of both robots where two meet, reached the safe "
@@ -156,12 +157,11 @@ class _Scene:
         sides = [(i, b) for i, b in (couple, couple[::-1]) if i < self.robots]
         if any(self._moves_on(i, known.get(i, -math.inf), row, start) for i, _ in sides):
             return PUSHED
-        if any(self._is_thrown(i, row, start) for i, _ in sides):
-            lost = self.trace["lost"].values[row]
-            sides = [(i, b) for i, b in sides if not (lost[i] or self._is_thrown(i, row, start))]
-            if not sides:
-                return PUSHED
-        found = [self._from_alarm(i, b, row) for i, b in sides]
+        thrown = [i for i, _ in sides if self._is_thrown(i, row, start)]
+        sides = [(i, b) for i, b in sides if not self.trace["lost"].values[row, i]]
+        if not (able := [(i, b) for i, b in sides if i not in thrown]):
+            return PUSHED if thrown else FAILED
+        found = [self._from_alarm(i, b, row) for i, b in able]
         return min(found, key=[*CAUSES, UNEXPLAINED].index)
 
     def _moves_on(self, i: int, ended: float, row: int, start: float) -> bool:

@@ -123,6 +123,30 @@ def test_rules_find_causes(text: str, first: str) -> None:
     assert causes(text)[0] == first
 
 
+COASTING = """\
+duration: 3
+target: null
+obstacles: [{position: ROCK, radius: 0.5}]
+robots:
+  positions: [[0, 0], [6, 0], [9, 9]]
+  radius: 0.15
+  failures: [{robot: 1, at: 1}, {robot: 2, at: 1}]
+mission:
+  max_speed: 1.5
+  behaviors:
+    - {behavior: avoid_obstacles, safe_distance: 0.4, teammate_distance: 0.2}
+    - {behavior: goal, goals: [[8, 0], [-2, 0], [9, 9]]}
+"""
+
+
+@pytest.mark.parametrize(
+    ("rock", "met"), [("[3.5, 0]", ("robot_2", "obstacle_1")), ("[4, 4]", ("robot_1", "robot_2"))]
+)
+def test_a_robot_without_motors_that_coasts_into_something_has_a_cause(rock: str, met: Any) -> None:
+    first = causes_of(fly(parse_scenario(COASTING.replace("ROCK", rock))).recording)[0]
+    assert (first.bodies, first.cause) == (met, "failed")
+
+
 def test_who_is_pushed_into_another_is_pushed() -> None:
     found = causes(PAIR + CART.replace("SPEED", "4").replace("0.9", "2"))
     assert found[0] == "outrun"
@@ -240,7 +264,9 @@ def test_without_touches_there_is_nothing_to_explain() -> None:
 
 
 def test_every_cause_says_its_rule() -> None:
-    assert list(CAUSES) == ["pushed", "started", "disturbed", "misled", "outrun", "boxed in", "overtaxed"]
+    assert list(CAUSES) == [
+        *("pushed", "failed", "started", "disturbed", "misled", "outrun", "boxed in", "overtaxed"),
+    ]
 
 
 @pytest.mark.parametrize("axes", [2, 3])
