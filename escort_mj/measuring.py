@@ -17,7 +17,6 @@ if TYPE_CHECKING:
     from escort_mj.record.outcome import Outcome
 
 EMPTY = "the run has no sample in the window"
-DEAR = "takes long with so many robots and samples; measured where an expectation names it"
 SHIPPED = {metric.name: metric for metric in METRICS}
 
 
@@ -72,8 +71,7 @@ def measures_of(
         parts = {over: sealed(Span(over).of(view)) for over in OVERS}
         for metric in listed:
             part, name = parts[metric.over], before + metric.name
-            skipped = metric.dear is not None and name not in wanted and metric.dear(part)
-            found[name] = Measure(None, reason=DEAR) if skipped else metric.of(part)
+            found[name] = metric.of(part, unless_dear=name not in wanted)
     return found
 
 

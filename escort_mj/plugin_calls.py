@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import _sitebuiltins
 import _thread
+import atexit
 import ctypes
 import math
 import os
@@ -29,11 +30,12 @@ from types import CodeType
 from typing import Any
 
 from escort_mj import stopping, supervised
-from escort_mj.errors import NotLoggedError, PluginCallError
-from escort_mj.shared_state import Output, SharedState
+from escort_mj.errors import NotLoggedError, PluginCallError, visible
+from escort_mj.shared_state import Output, SharedState, is_shared
 
 LOOK = 0.25  # s between two looks at calls that take long
 ENDED = 3  # exit code of such a process
+MOST = 2000  # characters of an error's text that are told
 MODULES = "escort_mj_plugin_"
 """How the names of modules of plugin files begin."""
 
@@ -53,16 +55,27 @@ _REFUSED = {
     "os.chdir": "changes the working directory",
     "os.putenv": "changes the environment",
     "os.unsetenv": "changes the environment",
+    "resource.prlimit": "changes limits of the process",
+    "resource.setrlimit": "changes limits of the process",
+    "gc.get_objects": "searches the memory of the process",
+    "gc.get_referents": "searches the memory of the process",
+    "gc.get_referrers": "searches the memory of the process",
+    "sys.addaudithook": "watches the process",
 }
 """What Python announces before it is done (PEP 578), in words."""
 _CHANGES_FILES = frozenset(
     ("os.chmod", "os.link", "os.mkdir", "os.remove", "os.rename", "os.rmdir", "os.symlink", "os.truncate")
 )
+_REDEFINES = frozenset(("object.__setattr__", "object.__delattr__"))  # `__code__`, `__bases__` and the like
 _WRITES = os.O_WRONLY | os.O_RDWR | os.O_CREAT | os.O_TRUNC | os.O_APPEND
 _UNANNOUNCED = (
     (os, "_exit", "ends the process (os._exit)"),
     (os, "abort", "ends the process (os.abort)"),
     (_sitebuiltins.Quitter, "__call__", "ends the process (quit, exit), and closes standard input"),
+    (atexit, "register", "has something called when the process ends"),
+    (os, "closerange", "closes files of the process"),
+    (os, "mkfifo", "writes, moves or removes files"),
+    (os, "mknod", "writes, moves or removes files"),
     (os, "write", "writes to standard output"),
     (os, "writev", "writes to standard output"),
     (signal, "raise_signal", "sends a signal"),
@@ -132,7 +145,8 @@ def blamed(error: BaseException) -> str:
 def _told(error: BaseException, code: CodeType) -> str:
     file, line = code.co_filename, code.co_firstlineno
     lines = [frame.lineno for frame in traceback.extract_tb(error.__traceback__) if frame.filename == file]
-    words = " ".join(f"{type(error).__name__}: {text_of(error, file)}".split()).removesuffix(":")
+    text = visible(text_of(error, file)[:MOST])
+    words = " ".join(f"{type(error).__name__}: {text}".split()).removesuffix(":")
     if isinstance(error, AttributeError) and "can't set attribute" in words:
         words += "; arrays are written in place, as in robots.wish_velocity[:] = ..."
     return f"{file}:{lines[-1] if lines else line}: {words.removeprefix('Trespass: ')}"
@@ -332,6 +346,9 @@ def _audit(event: str, arguments: tuple[Any, ...]) -> None:
     elif event in _CHANGES_FILES or (event == "open" and _writes(*arguments)):
         if (call := _under_way()) is not None and _is_own(call.file):
             _refuse("writes, moves or removes files")
+    elif event in _REDEFINES and is_shared(arguments[0]):
+        if (call := _under_way()) is not None and _is_own(call.file):
+            _refuse(f"replaces {arguments[1]} of {getattr(arguments[0], '__qualname__', arguments[0])}")
 
 
 def _writes(path: Any, _: Any, flags: Any) -> bool:
@@ -362,10 +379,11 @@ def _guard(module: Any, name: str, words: str) -> None:
     usual = getattr(module, name)
 
     def guarded(*arguments: Any, **more: Any) -> Any:
-        call = _under_way()
+        call, caller = _under_way(), sys._getframe(1).f_code.co_filename
         allowed = name.startswith("write") and arguments[:1] != (1,)
         if call is not None and not allowed and (not call.loads or _is_own(call.file)):
-            if sys._getframe(1).f_code.co_filename != stopping.__file__:  # a user's second interrupt
+            libraries = module is atexit and caller != call.file  # they clean up
+            if not libraries and caller != stopping.__file__:  # a user's second interrupt
                 _refuse(words)
         return usual(*arguments, **more)
 

@@ -6,6 +6,7 @@ It is looked at before and after code that must not change it, and put right.
 from __future__ import annotations
 
 import builtins
+import gc
 import operator
 import os
 import random
@@ -16,7 +17,7 @@ import warnings
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
 from functools import lru_cache
-from types import ModuleType
+from types import FunctionType, ModuleType
 from typing import Any, TextIO
 
 import numpy as np
@@ -27,6 +28,7 @@ _LIBRARIES = (
     *("builtins", "json", "math", "numpy", "numpy.linalg", "numpy.random"),
     *("os", "os.path", "random", "signal", "sys", "time", "warnings"),
 )
+_LISTS: tuple[list[Any], ...] = (gc.callbacks, sys.path, sys.meta_path, sys.path_hooks, sys.argv)
 _WRAPPED = (classmethod, staticmethod, property)
 _SIGNALS = sorted(int(number) for number in signal.valid_signals() if number < 32)
 
@@ -83,6 +85,7 @@ class SharedState:
         self._handlers, self._timer = _handlers(), signal.getitimer(signal.ITIMER_REAL)
         self._filters = list(warnings.filters)
         self._limits = sys.getrecursionlimit(), sys.gettrace(), sys.getprofile()
+        self._lists, self._blocked = [[*one] for one in _LISTS], _blocked()
         every = sys.modules.copy()
         self._modules = {name: every[name] for name in every if not loading or name.startswith(_OWN)}
         self._members = [(one, vars(one).copy()) for one in _shared_modules()]
@@ -137,6 +140,10 @@ class SharedState:
             sys.setrecursionlimit(self._limits[0])
             sys.settrace(self._limits[1])
             sys.setprofile(self._limits[2])
+        for one, before in zip(_LISTS, self._lists, strict=True):
+            if not all(each in one for each in before) or any(map(_is_plugins, one)):
+                found.append("changes what Python calls or imports (gc.callbacks, sys.path and the like)")
+                one[:] = before
         strict = [each for each in warnings.filters if each[0] == "error" and each not in self._filters]
         if strict or (not self._loading and warnings.filters != self._filters):
             found.append("changes what becomes of warnings")
@@ -155,7 +162,7 @@ class SharedState:
             for name, value in _replaced(before, vars(module)):
                 found.append(f"replaces {module.__name__}.{name}")
                 setattr(module, name, value)
-            for name in _hiding(before, vars(module)):
+            for name in _hiding(before, vars(module)) if isinstance(module, type) else ():
                 found.append(f"replaces {module.__name__}.{name}")
                 delattr(module, name)
         return found
@@ -168,9 +175,24 @@ class SharedState:
             if signal.getsignal(number) != handler:
                 yield "handles signals"
                 signal.signal(number, handler)
+        if _blocked() != self._blocked:
+            yield "blocks signals"
+            signal.pthread_sigmask(signal.SIG_SETMASK, self._blocked)
         if signal.getitimer(signal.ITIMER_REAL)[0] > self._timer[0]:
             yield "sets a timer"
             signal.setitimer(signal.ITIMER_REAL, 0.0)
+
+
+def _is_plugins(function: Any) -> bool:
+    """Whether a plugin's file defines a function; libraries leave some of their own to be called."""
+    return str(getattr(function, "__module__", "")).startswith(f"{_PACKAGE}_plugin_")
+
+
+def is_shared(one: Any) -> bool:
+    """Whether a function or class, or the class of anything else, is Python's, NumPy's or this program's."""
+    kind = one if isinstance(one, type | FunctionType) else type(one)
+    module = str(getattr(kind, "__module__", ""))  # types that are being made have none yet
+    return module in _LIBRARIES or module.startswith(_OWN)
 
 
 def _files() -> list[tuple[int, int] | None]:
@@ -199,6 +221,11 @@ def _handlers() -> dict[int, Any]:
     return {number: handler for number, handler in known if handler is not None}
 
 
+def _blocked() -> set[int]:
+    """Signals that this thread does not receive."""
+    return {*signal.pthread_sigmask(signal.SIG_BLOCK, ())}
+
+
 def _same_state(one: Any, other: Any) -> bool:
     """Whether two states of NumPy's random numbers are the same."""
     return bool(one[2:] == other[2:] and np.array_equal(one[1], other[1]))
@@ -224,17 +251,22 @@ def _is_same(before: Mapping[str, Any], now: Mapping[str, Any]) -> bool:
     return len(before) == len(now) and all(map(operator.is_, before.values(), now.values()))
 
 
+def _is_method(value: Any) -> bool:
+    """Whether a member of a module or class is called, or looks like one that is."""
+    return callable(value) or isinstance(value, _WRAPPED)
+
+
 def _replaced(before: Mapping[str, Any], now: Mapping[str, Any]) -> list[tuple[str, Any]]:
-    """Functions and classes of a module or class that are others now: their names, and what they were."""
+    """Functions, classes and constants of a module or class that are others now, by name, as they were."""
     return [
         (name, value)
         for name, value in before.items()
         if now.get(name) is not value
-        and (callable(value) or isinstance(value, _WRAPPED))
-        and not name.startswith("__")
+        and (_is_method(value) or name.isupper())
+        and not name.startswith("__pydantic")  # which it makes when they are first asked for
     ]
 
 
 def _hiding(before: Mapping[str, Any], now: Mapping[str, Any]) -> list[str]:
-    """Names of properties that a class has only now, and that hide what its instances have."""
-    return [name for name in now.keys() - before.keys() if isinstance(now[name], property)]
+    """Names of methods that a class has only now, and that hide what its bases or instances have."""
+    return [name for name in now.keys() - before.keys() if _is_method(now[name])]

@@ -1,6 +1,7 @@
 """What plugins return and raise when they are called: sense, or one error with their file and line."""
 
 import builtins
+import functools
 import inspect
 import math
 import re
@@ -57,6 +58,28 @@ def judged(returned):
 
 
 class TestMetrics:
+    @pytest.mark.parametrize(
+        "dear", [lambda _: 1 / 0, lambda _: sys.exit(0), lambda _: "x", lambda _: print()]
+    )
+    def test_what_its_dear_does_and_returns_is_looked_at(self, dear):
+        @metric(unit="m", dear=dear)
+        def own(trace):
+            """Its meaning."""
+            return 1.0
+
+        assert metric_of(own).of(watched()).value == 1.0
+        found = metric_of(own).of(watched(), unless_dear=True)
+        assert found.broken and found.reason.startswith(f"{__file__}:")
+
+    @pytest.mark.parametrize("function", [print, functools.cache(lambda _: 1.0), type("Own", (), {})])
+    def test_what_is_no_function_is_refused(self, function):
+        with pytest.raises(UsageError, match="expected a function of a trace"):
+            metric(unit="m")(function)
+
+    def test_what_it_says_is_told_as_plain_text(self):
+        assert measured(Measure(None, reason="\x1b[2Jgood\ud800")).reason == "?[2Jgood?"
+        assert len(measured(ValueError("x" * 10**6)).reason) < 3000
+
     @pytest.mark.parametrize("returned", [2, 2.0, np.float32(2), np.array(2.0), Measure(2, 1.0, ["robot_1"])])
     def test_a_number_or_a_measure(self, returned):
         found = measured(returned)

@@ -4,12 +4,11 @@ import math
 from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, NamedTuple
 
-import numpy as np
 from pydantic import Field, NonNegativeFloat, PositiveFloat
 
 from escort_mj.components.parameters import TEXT, Member
 from escort_mj.measuring import EMPTY
-from escort_mj.metrics.metric import Need, moment_in, names, number, text
+from escort_mj.metrics.metric import Need, flag, moment_in, names, number, text
 from escort_mj.metrics.watching import Watch
 from escort_mj.record.recording import Recorded, is_log, sealed
 from escort_mj.record.team import of_team
@@ -61,21 +60,17 @@ def checked(found: Any, trace: Recorded) -> Judgment:
     """
     if not isinstance(found, Judgment):
         raise TypeError(f"judge returned {type(found).__name__}; expected a Judgment")
-    flags = {"held": found.held, "near_miss": found.near_miss, "unknown": found.unknown}
-    for what, flag in flags.items():
-        if not isinstance(flag, bool | np.bool_):
-            raise TypeError(f"{what}: found {type(flag).__name__}; expected True or False")
     judged = Judgment(
-        bool(found.held),
+        flag(found.held, "held"),
         text(found.words, "words"),
         None if found.value is None else number(found.value, "value"),
         text(found.unit, "unit"),
         None if found.time is None else moment_in(found.time, trace),
         names(found.bodies, trace),
         None if found.margin is None else number(found.margin, "margin"),
-        bool(found.near_miss),
+        flag(found.near_miss, "near_miss"),
         text(found.skip, "skip"),
-        bool(found.unknown),
+        flag(found.unknown, "unknown"),
     )
     if not judged.words:
         raise ValueError("words: found none; expected what was found, in words")

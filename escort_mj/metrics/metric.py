@@ -5,13 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable
 from importlib import import_module
+from inspect import isfunction
 from pkgutil import iter_modules
 from types import ModuleType
 from typing import Any, Literal, NamedTuple, TypeVar, get_args
 
 import numpy as np
 
-from escort_mj.errors import NotLoggedError, PluginCallError, UsageError
+from escort_mj.errors import NotLoggedError, PluginCallError, UsageError, visible
 from escort_mj.metrics.measure import Bodies, Measure
 from escort_mj.metrics.watching import Watch
 from escort_mj.plugin_calls import calling, is_plugins
@@ -36,6 +37,7 @@ NEEDS = get_args(Need)
 _MARK = "__escort_mj_metric__"
 KINDS = ("mean", "max", "min", "rms", "share")  # last words of names that say of what kind a number is
 
+DEAR = "takes long with so many robots and samples; measured where an expectation names it"
 ROUNDING = 1e-9
 """Share of a bound by which a value may be beyond it."""
 
@@ -76,14 +78,25 @@ def moment_in(value: Any, trace: Recorded) -> float:
 
 
 def text(value: Any, what: str) -> str:
-    """Return a text that a plugin gave.
+    """Return a text that a plugin gave, without control characters.
 
     Raises:
         TypeError: If it is none.
     """
     if not isinstance(value, str):
         raise TypeError(f"{what}: found {type(value).__name__}; expected a text")
-    return str(value)
+    return visible(value)
+
+
+def flag(value: Any, what: str) -> bool:
+    """Return whether a plugin said yes.
+
+    Raises:
+        TypeError: If it said neither yes nor no.
+    """
+    if not isinstance(value, bool | np.bool_):
+        raise TypeError(f"{what}: found {type(value).__name__}; expected True or False")
+    return bool(value)
 
 
 def names(value: Any, trace: Recorded) -> Bodies:
@@ -170,9 +183,18 @@ class Metric(NamedTuple):
         known = set(trace["watch"].values.tolist()) if "watch" in trace else set()
         return self.every_step or (bool(asked) and asked <= known)
 
-    def of(self, trace: Recorded) -> Measure:
-        """Return its value over all of a trace; an error of its function gives no value but the reason."""
+    def of(self, trace: Recorded, unless_dear: bool = False) -> Measure:
+        """Return its value over all of a trace; an error of its function gives no value but the reason.
+
+        Args:
+            trace: The trace.
+            unless_dear: Whether it has no value where measuring it takes long.
+        """
         try:
+            if unless_dear and self.dear is not None:
+                with calling(self.dear, is_log(trace)):
+                    if flag(self.dear(lent(trace) if is_plugins(self.dear) else trace), "dear"):
+                        return Measure(None, reason=DEAR)
             with calling(self.function, is_log(trace)):
                 shown = lent(trace) if is_plugins(self.function) else sealed(trace)
                 return self._checked(self.function(shown), trace)
@@ -296,6 +318,8 @@ def metric(
         raise UsageError(f"@metric(least={least:g}, most={most:g}): expected at least as much as least")
 
     def mark(function: F) -> F:
+        if not isfunction(function):  # it is told by its file and line
+            raise UsageError(f"@metric: found {type(function).__name__}; expected a function of a trace")
         meaning = _uncapitalized(" ".join((function.__doc__ or "").split("\n\n")[0].split()).rstrip("."))
         name = function.__name__
         made = Metric(
