@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +14,7 @@ from escort_mj.behaviors.behavior import Avoidance, Behavior
 from escort_mj.behaviors.bodies import Body, obstacle_body, teammate_body
 from escort_mj.behaviors.robots import Robots
 from escort_mj.behaviors.task import Task, along
+from escort_mj.components.component import Derived, OfMission
 from escort_mj.components.facts import Facts, Misfit
 from escort_mj.components.parameters import Distance
 from escort_mj.components.setup import MissionSetup
@@ -57,7 +58,22 @@ class AvoidObstacles(Behavior):
     """Share of the velocity that an obstacle blocks. What the speed around the obstacle lacks of it is added,
     all the same way around, so that robots do not stop head-on (remark 6); 0: nothing (the paper)."""
 
-    python_only: ClassVar[frozenset[str]] = frozenset({"measure", "teammates"})
+    python_only: ClassVar[frozenset[str]] = frozenset({"measure", "teammates", "teammate_distance"})
+
+    @Derived
+    def to_surface(self) -> float:
+        """1 if distances are between surfaces, 0 if between centers."""
+        return float(self.measure == "surface")
+
+    @OfMission
+    def seen_distance(self, setup: MissionSetup) -> float:
+        """Safe distance to teammates that robots see [m]; 0: to none."""
+        return 0.0 if self.hears(setup) else self.distance_of_teammates(setup)
+
+    @OfMission
+    def heard_distance(self, setup: MissionSetup) -> float:
+        """Safe distance to teammates that robots hear [m]; 0: to none."""
+        return self.distance_of_teammates(setup) if self.hears(setup) else 0.0
 
     def misfits(self, mission: Facts) -> Iterator[Misfit]:
         """Yield bodies that robots notice too late, and teammates that keep them from their places."""
@@ -120,30 +136,20 @@ class AvoidObstacles(Behavior):
 
     def avoidance(self, setup: MissionSetup) -> Avoidance:
         """Return its distances; that to teammates is kept to those seen, or to those heard."""
-        distance, hears = self.distance_of_teammates(setup), self.hears(setup)
-        return Avoidance(
-            self.safe_distance, distance * (not hears), distance * hears, float(self.measure == "surface"),
-            self.sidestep,
-        )  # fmt: skip
+        numbers = self.packed(setup)
+        seen, heard = numbers["seen_distance"], numbers["heard_distance"]
+        return Avoidance(self.safe_distance, seen, heard, self.to_surface, self.sidestep)
 
     def hears(self, setup: MissionSetup) -> bool:
         """Whether robots keep away from teammates that they hear, instead of those that they see."""
         return self.teammates == HEARD and setup.radio is not None
 
-    @classmethod
-    def numbers(cls) -> dict[str, type]:
-        """Return its parameters as kernels see them; a null `teammate_distance` is the mission's own."""
-        return dict.fromkeys(Avoidance._fields, float) | {"gain": int, "gain_margin": float}
-
-    def packed(self, setup: MissionSetup | None = None) -> dict[str, float]:
-        """Return its parameters as numbers, 0 for the distance to teammates that do not count."""
-        assert setup is not None
-        own = {"gain": float(self.gain == "printed"), "gain_margin": self.gain_margin}
-        return self.avoidance(setup)._asdict() | own
-
     def task(self, r: Robots) -> Task:
         """Return eq. 3 with the gain of eqs. 23, 24: sigma = |q - o| is to grow to the safe distance."""
-        depth, distance, x = _worst_intruder(self, r)
+        kept = Avoidance(
+            self.safe_distance, self.seen_distance, self.heard_distance, self.to_surface, self.sidestep
+        )
+        depth, distance, x = _worst_intruder(kept, r)
         nothing = everywhere(0.0)
         if not any_of(depth > 0.0):
             return along(x, nothing, 0.0 * x, nothing, nothing, nothing, self.sidestep)
@@ -160,7 +166,7 @@ class AvoidObstacles(Behavior):
 
 
 @inlined
-def _worst_intruder(avoid: Any, r: Robots) -> tuple[Lanes, Lanes, Vec]:
+def _worst_intruder(avoid: Avoidance, r: Robots) -> tuple[Lanes, Lanes, Vec]:
     """Look for what is deepest in the safe sphere of each robot: the inequality that is broken most.
 
     Returns:

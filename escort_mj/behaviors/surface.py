@@ -11,6 +11,7 @@ from pydantic import PositiveFloat
 from escort_mj.behaviors.behavior import Behavior
 from escort_mj.behaviors.robots import Robots
 from escort_mj.behaviors.task import Task, along, keep_distance
+from escort_mj.components.component import OfMission
 from escort_mj.components.facts import Facts, Misfit
 from escort_mj.components.obstacles import obstacles_seen
 from escort_mj.components.parameters import Distance, OfTime
@@ -49,8 +50,7 @@ class RadiusParameters(Fields):
             "radius_least": [surface.least_radius(setup) for surface in own],
             "radius_clearance": [_obstacle_clearance(setup)] * len(own),
             "radius_index": [
-                max((each.radius_index(setup) for each in stack if isinstance(each, Surface)), default=-1)
-                for stack in setup.stacks
+                max((own.index(each) for each in stack if each in own), default=-1) for stack in setup.stacks
             ],
         }
 
@@ -102,22 +102,14 @@ class Surface(Behavior):
             words = f"found {self.least:g} m; expected at most the radius, {whole:g} m"
             yield Misfit(words, "least", (("mission", "radius"),))
 
-    @classmethod
-    def numbers(cls) -> dict[str, type]:
-        """Return name and type of what kernels read: the gain, and the index of its own radius."""
-        return {"gain": float, "radius_index": int}
-
-    def packed(self, setup: MissionSetup | None = None) -> dict[str, float]:
-        """Return the values of what kernels read."""
-        return {"gain": self.gain, "radius_index": -1.0 if setup is None else float(self.radius_index(setup))}
-
     @property
     def has_own_radius(self) -> bool:
         """Whether its radius is not simply the mission's: it is given here, or fits the free space."""
         return self.fit or self.radius is not None
 
-    def radius_index(self, setup: MissionSetup) -> int:
-        """Return its index among the behaviors with a radius of their own; -1 without one."""
+    @OfMission
+    def radius_index(self, setup: MissionSetup) -> float:
+        """Index among the behaviors with a radius of their own; -1 without one."""
         own = [surface for _, surface in setup.numbered(Surface) if surface.has_own_radius]
         return own.index(self) if self.has_own_radius else -1
 
@@ -138,7 +130,8 @@ class Surface(Behavior):
         x = r.q - r.target
         if self.radius_index < 0:
             return keep_distance(x, r.radius, self.gain)
-        radius, rate = r.state.radius_now[self.radius_index, 0], r.state.radius_now[self.radius_index, 1]
+        index = int(self.radius_index)
+        radius, rate = r.state.radius_now[index, 0], r.state.radius_now[index, 1]
         task = keep_distance(x, _lead_radius(radius, rate, self.gain), self.gain)
         # The velocity leads by the rate of the radius; the error is that from the radius itself.
         return along(x, task.weight, task.velocity, task.active, abs(norm(x) - radius), task.value)

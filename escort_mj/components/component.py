@@ -58,6 +58,19 @@ class Derived:
         return self if own is None else self._function(own)
 
 
+class OfMission(Derived):
+    """A float that is worked out for a mission, which nobody but equations reads.
+
+    Args:
+        function: Works it out, of the component and a `MissionSetup`.
+    """
+
+    def __init__(self, function: Callable[[Any, Any], float]) -> None:
+        super().__init__(lambda own: float("nan"))
+        self.of = function
+        self.__doc__ = function.__doc__
+
+
 def derived_of(model: type) -> list[str]:
     """Return the names of what kernels read beside the parameters of a component, its first base's first."""
     found = (
@@ -135,7 +148,8 @@ class Component(Member):
         """
         values: dict[str, Any] = {name: getattr(self, name) for name in self.vectors()}
         for name in [each for each in self.numbers() if each not in values]:
-            value = getattr(self, name)
+            kept = getattr(type(self), name, None)
+            value = kept.of(self, setup) if isinstance(kept, OfMission) else getattr(self, name)
             choices = choices_of(type(self), name)
             values[name] = float(choices.index(value) if choices else UNLIMITED if value is None else value)
         return values

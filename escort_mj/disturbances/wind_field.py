@@ -5,7 +5,7 @@ from typing import Any, ClassVar, Literal
 
 from pydantic import Field
 
-from escort_mj.components.component import Derived
+from escort_mj.components.component import OfMission
 from escort_mj.components.facts import Facts, Misfit
 from escort_mj.components.grid import Grid, grids_of, interpolate
 from escort_mj.disturbances.disturbance import Robots
@@ -32,8 +32,8 @@ class WindField(Wind):
     and a last one for the components) and, if these change, their times (time [s], the first axis)."""
     outside: Literal["calm", "nearest"] = "calm"
     """Wind outside the grid: none, or that of the nearest point of its boundary."""
-    place = Derived(lambda own: -1.0)
-    row = Derived(lambda own: 0.0)
+    place = OfMission(lambda own, setup: own.found(setup)[0])
+    row = OfMission(lambda own, setup: own.found(setup)[1])
 
     def misfits(self, mission: Facts) -> Iterator[Misfit]:
         """Yield a grid of other axes, or none."""
@@ -42,11 +42,12 @@ class WindField(Wind):
         elif len(self.grid.points) != mission.axes:
             yield Misfit(f"found {len(self.grid.points)} axes; expected {mission.axes}, as axes says", "grid")
 
-    def packed(self, setup: Any = None) -> dict[str, Any]:
-        """Return its parameters as numbers: also where the grid lies among those of the mission."""
-        places = grids_of(setup.disturbances, setup.axes)[2] if setup is not None else {}
-        place, row = places.get(self.grid, (-1, 0))
-        return super().packed(setup) | {"place": float(place), "row": float(row)}
+    def found(self, setup: Any) -> tuple[int, int]:
+        """Return where the grid lies among those of a mission; -1 for none."""
+        places: dict[Any, tuple[int, int]] = (
+            grids_of(setup.disturbances, setup.axes)[2] if setup is not None else {}
+        )
+        return places.get(self.grid, (-1, 0))
 
     def force(self, r: Robots) -> Vec:
         """Return the drag."""

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
+from escort_mj.components.component import OfMission
 from escort_mj.components.equations import Memory
 from escort_mj.components.facts import Facts, Misfit
 from escort_mj.components.network import WIDEST, Network, evaluate_network, networks_of
@@ -46,15 +47,10 @@ class Learned(Network, Policy):
         axes = mission.axes
         yield from self.network_misfits(inputs(axes), axes, f"in {axes} axes")
 
-    @classmethod
-    def numbers(cls) -> dict[str, type]:
-        """Return what kernels read: also where the network lies among those of the mission."""
-        return super().numbers() | {"place": int}
-
-    def packed(self, setup: Any = None) -> dict[str, float]:
-        """Return its parameters as numbers."""
-        places = networks_of(setup)[1] if setup is not None else {}
-        return {"speed": self.speed, "interval": self.interval, "place": float(places.get(self, 0))}
+    @OfMission
+    def place(self, setup: Any) -> float:
+        """Where the network lies among those of the mission."""
+        return networks_of(setup)[1].get(self, 0) if setup is not None else 0
 
     def until_next(self, r: Body) -> float:
         """Return the time of the next evaluation."""
@@ -64,7 +60,7 @@ class Learned(Network, Policy):
         """Return what the network answers, cut off at the length 1."""
         if r.time < r.until - EARLY:
             return r.share
-        found = answered(self.place, self.speed, r)
+        found = answered(int(self.place), self.speed, r)
         return found / max(norm(found), 1.0)
 
     def velocity(self, r: Body) -> Vec:

@@ -10,5 +10,6 @@ class PointMass(RobotKind):
 
     part: ClassVar[str] = "point_mass"
     most_axes: ClassVar[int] = 9
+    passes_floor: ClassVar[bool] = True
 
     kind: Literal["point_mass"] = "point_mass"

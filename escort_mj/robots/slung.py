@@ -24,6 +24,7 @@ class Slung(RobotKind):
 
     part: ClassVar[str] = "slung"
     needs_gravity: ClassVar[bool] = True
+    passes_floor: ClassVar[bool] = True
 
     kind: Literal["slung"] = "slung"
     payload: Mass = 0.3

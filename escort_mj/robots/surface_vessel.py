@@ -52,6 +52,7 @@ class SurfaceVessel(RobotKind):
     most_axes: ClassVar[int] = 2
     has_heading: ClassVar[bool] = True
     driven: ClassVar[bool] = True
+    passes_floor: ClassVar[bool] = True
 
     kind: Literal["surface_vessel"] = "surface_vessel"
     length: Radius | None = None

@@ -533,7 +533,7 @@ def _error_of_surface(behavior: Surface, now: Situation) -> Array:
 
 
 def radius_now(behavior: Surface, now: Situation) -> tuple[float, float]:
-    setup, place = now.setup, behavior.radius_index(now.setup)
+    setup, place = now.setup, int(behavior.packed(now.setup)["radius_index"])
     wanted, rate = (float(f(now.time)[0]) for f in (setup.radii[place].position, setup.radii[place].velocity))
     if not behavior.fit:
         return wanted, rate

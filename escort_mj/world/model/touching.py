@@ -103,7 +103,7 @@ def check_pairs(model: mujoco.MjModel, bodies: Bodies, kinds: Sequence[str]) -> 
             raise ScenarioError([_apart(names, kinds, robot, None)])
     owner, solid = geom_bodies(model, names[: len(kinds)]), (model.geom_contype | model.geom_conaffinity) > 0
     for geom in np.flatnonzero((owner >= 0) & solid & ((model.geom_margin < 0.0) | (model.geom_gap != 0.0))):
-        if deep := found_too_deep(model, geom):
+        if deep := found_too_deep(model, int(geom)):
             robot = int(owner[geom])
             raise ScenarioError([Fault(f"robot {robot + 1}, a {kinds[robot]}: {deep}", "robots.kind")])
     roots = {model.body(name).id: place for place, name in enumerate(names) if masks[place]}
