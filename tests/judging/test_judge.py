@@ -2,6 +2,7 @@
 
 import math
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas
@@ -12,6 +13,7 @@ from escort_mj.api.runs import Run
 from escort_mj.errors import LogError, UsageError
 from escort_mj.mission import fly
 from escort_mj.scenario import Scenario, parse_scenario
+from tests.corpus import assert_said, read
 from tests.test_examples import example
 
 FINE = 1e-9
@@ -90,7 +92,10 @@ def exported(run: Run, tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def positions(run: Run, **changes: np.ndarray) -> pandas.DataFrame:
+SECOND = 50  # the row of 1 s
+
+
+def positions(run: Run) -> pandas.DataFrame:
     """What robots would log of a run: positions alone."""
     table = {"time": run.trace["time"].values.round(9)}
     for k, robot in enumerate(run.trace["robot"].values):
@@ -98,7 +103,7 @@ def positions(run: Run, **changes: np.ndarray) -> pandas.DataFrame:
             table[f"robot_{robot}.{axis}"] = run.trace["q"].sel(axis=axis).values[:, k]
     for axis in "xy":
         table[f"target.{axis}"] = run.trace["target_position"].sel(axis=axis).values
-    return pandas.DataFrame(table | changes)
+    return pandas.DataFrame(table)
 
 
 @pytest.mark.slow_cases("csv")
@@ -130,8 +135,7 @@ def test_forces_sum_up_as_in_the_loop(compiled: None, tmp_path: Path) -> None:
             for axis in "xy":
                 values = run.trace[signal].sel(axis=axis).values[:, k]
                 table[f"robot_{k + 1}.{letter}{axis}"] = values
-    table.to_csv(tmp_path / "log.csv", index=False)
-    judged = escort_mj.judge(tmp_path / "log.csv", scenario)
+    judged = judged_of(table, tmp_path, scenario)
     for name in ("force_rms", "chattering", "energy", "saturated_share"):
         assert judged.values[name] == pytest.approx(run.values[name], rel=0.02, abs=1e-6), name
 
@@ -163,13 +167,22 @@ def test_bodies_log_at_their_own_times(run: Run, tmp_path: Path) -> None:
     table = positions(run)
     table = table[_even(table["time"].values)].reset_index(drop=True)
     table.loc[::2, ["robot_1.x", "robot_1.y"]] = np.nan  # as tables that were joined have it
-    table.to_csv(tmp_path / "log.csv", index=False)
-    judged = escort_mj.judge(tmp_path / "log.csv", run.scenario)
+    judged = judged_of(table, tmp_path, run.scenario)
     assert judged.trace.attrs["log_start"] == pytest.approx(0.02)
     seen, there = (one.trace["q"].values[_even(one.trace["time"].values)] for one in (judged, run))
     off = seen - there[1:-1]
     assert np.abs(off[:, 1:]).max() < 1e-9 and np.abs(off[::2]).max() < 1e-9
     assert 1e-7 < np.abs(off[1::2, 0]).max() < 5e-3  # between two of its stamps
+
+
+def judged_of(table: pandas.DataFrame, folder: Path, scenario: Scenario) -> Run:
+    """The judgment of a log that a table is written to."""
+    return escort_mj.judge(written(table, folder), scenario)
+
+
+def written(table: pandas.DataFrame, folder: Path) -> Path:
+    table.to_csv(folder / "log.csv", index=False)
+    return folder / "log.csv"
 
 
 def _even(time: np.ndarray) -> np.ndarray:
@@ -179,8 +192,7 @@ def _even(time: np.ndarray) -> np.ndarray:
 
 def test_forces_of_touches_are_not_judged(compiled: None, tmp_path: Path) -> None:
     run = Run(fly(parse_scenario(SMASH)))
-    positions(run).to_csv(tmp_path / "log.csv", index=False)
-    outcome, bounds, none, force = escort_mj.judge(tmp_path / "log.csv", run.scenario).verdicts
+    outcome, bounds, none, force = judged_of(positions(run), tmp_path, run.scenario).verdicts
     assert run.values["contacts"] == 1.0
     assert outcome.passed and not outcome.skip
     assert bounds.skip and force.skip and "knows no force" in force.message
@@ -188,9 +200,8 @@ def test_forces_of_touches_are_not_judged(compiled: None, tmp_path: Path) -> Non
 
 
 def test_a_log_in_a_folder_is_a_run(run: Run, exported: Path, one_figure: None, tmp_path: Path) -> None:
-    positions(run).to_csv(tmp_path / "log.csv", index=False)
     folder = tmp_path / "folder"
-    escort_mj.judge(tmp_path / "log.csv", run.scenario, folder, report=True)
+    escort_mj.judge(written(positions(run), tmp_path), run.scenario, folder, report=True)
     stored = escort_mj.open_run(folder)
     assert stored.message == "log of real robots: 3 s of log.csv" and stored.passed
     assert "forces" not in stored.figures and (folder / "figures" / "panels.png").is_file()
@@ -206,96 +217,33 @@ def test_a_log_in_a_folder_is_a_run(run: Run, exported: Path, one_figure: None, 
     assert again.values["radius_error_max"] == pytest.approx(stored.values["radius_error_max"], rel=FINE)
 
 
-def scaled(table: pandas.DataFrame, factor: float) -> pandas.DataFrame:
-    return pandas.concat([table[["time"]], factor * table.drop(columns="time")], axis=1)
+WRONG = {case["what"]: case for case in read(Path(__file__).with_name("wrong.yaml"))}
 
 
-FAULTS = {
-    "a missing robot": (
-        lambda t: t.drop(columns=["robot_2.x", "robot_2.y"]),
-        "robot_2: no columns robot_2.x",
-    ),
-    "a wrong name": (
-        lambda t: t.rename(columns={"robot_2.x": "robto_2.x", "robot_2.y": "robto_2.y"}),
-        'robto_2 is not a robot of the scenario.*did you mean "robot_2"',
-    ),
-    "half a position": (
-        lambda t: t.drop(columns="robot_2.y"),
-        r"robot_2: no column robot_2\.y, though there is",
-    ),
-    "half a row": (
-        lambda t: t.assign(**{"robot_2.y": t["robot_2.y"].where(t.time != 1.0)}),
-        "not a finite number at 1 s",
-    ),
-    "far out": (
-        lambda t: t.assign(**{"robot_2.y": t["robot_2.y"].where(t.time != 1.0, 1e300)}),
-        "robot_2: position is 1e[+]300 at 1 s; expected numbers between",
-    ),
-    "faster than anything": (
-        lambda t: t.assign(**{"robot_1.vx": 1e200, "robot_1.vy": 0.0}),
-        "robot_1: velocity is 1e[+]200 at 0 s",
-    ),
-    "an error from afar": (
-        lambda t: t.assign(
-            **{f"e.robot_{k}.{x}": np.where(t.time < 2, 0.1, -1e99) for k in (1, 2, 3) for x in "xy"}
-        ),
-        "e is -1e[+]99 at 2 s",
-    ),
-    "a hole in a signal": (
-        lambda t: t.assign(**{f"work.robot_{k}": t.time.where(t.time != 1.0) for k in (1, 2, 3)}),
-        "work is not a finite number at 1 s",
-    ),
-    "time back": (
-        lambda t: t.assign(time=t.time.where(t.time != 1.0, 0.5)),
-        "time is not ascending: 0.5 s follows 0.98",
-    ),
-    "kilometers": (lambda t: scaled(t, 1e-3), "positions must be in meters"),
-    "millimeters": (lambda t: scaled(t, 1e3), "positions must be in meters"),
-    "milliseconds": (lambda t: t.assign(time=1e3 * t.time), "time must be in seconds"),
-    "km/h": (lambda t: t.assign(**{"robot_1.vx": 100.0, "robot_1.vy": 0.0}), "velocities in m/s"),
-    "no end": (
-        lambda t: t.assign(time=t.time.where(t.time < t.time.max(), np.inf)),
-        "robot_1: time stamp 152 is not a finite number",
-    ),
-    "other unit": (
-        lambda t: t.rename(columns={"robot_1.x": "robot_1.x [km]"}),
-        r"column robot_1.x \[km\]: expected \[m\]",
-    ),
-    "other unit of time": (
-        lambda t: t.rename(columns={"time": "time [ms]"}),
-        r"column time \[ms\]: expected \[s\]",
-    ),
-    "flags": (
-        lambda t: t.assign(**{"robot_2.y": t["robot_2.y"] > 0.0}),
-        "robot_2: position is not a finite number at 0 s",
-    ),
-    "two columns of a body": (
-        lambda t: t.assign(**{"q.robot_2.y": t["robot_2.y"]}),
-        "columns robot_2.y and q.robot_2.y are both of robot_2; expected one",
-    ),
-    "time back, on a clock of today": (
-        lambda t: t.assign(time=t.time.where(t.time != 1.0, 0.5) + 1.75e9),
-        "time is not ascending: 1750000000.5 s follows 1750000000.98 s$",
-    ),
-    "no time": (lambda t: t.rename(columns={"time": "stamp"}), "there is no column time"),
-    "nothing": (lambda t: t[:0], "robot_1: 0 complete rows"),
-}
+def spoiled(table: pandas.DataFrame, case: dict[str, Any]) -> pandas.DataFrame:
+    """A log as `wrong.yaml` says: columns dropped, named, added and scaled, cells of one row, fewer rows."""
+    table = table.drop(columns=case.get("drop", [])).rename(columns=case.get("rename", {}))
+    table = table.assign(**case.get("columns", {}))
+    for start, factor in case.get("scale", {}).items():
+        table[[name for name in table if name.startswith(start)]] *= factor
+    for name, value in case.get("cells", {}).items():
+        table.loc[table.index[case.get("at", SECOND)], name] = value
+    return table.assign(time=table["time"] + case["later"]) if "later" in case else table[: case.get("rows")]
 
 
 @pytest.mark.filterwarnings("error::RuntimeWarning")
-@pytest.mark.parametrize("fault", FAULTS)
-def test_a_wrong_log(run: Run, tmp_path: Path, fault: str) -> None:
-    change, words = FAULTS[fault]
-    change(positions(run)).to_csv(tmp_path / "log.csv", index=False)
-    with pytest.raises(LogError, match=words):
-        escort_mj.judge(tmp_path / "log.csv", run.scenario)
+@pytest.mark.parametrize("what", WRONG)
+def test_a_wrong_log(run: Run, tmp_path: Path, what: str) -> None:
+    case = WRONG[what]
+    with pytest.raises(LogError) as caught:
+        judged_of(spoiled(positions(run), case), tmp_path, run.scenario)
+    assert_said(caught.value, case["said"])
 
 
 @pytest.mark.filterwarnings("error::RuntimeWarning")
 def test_a_signal_without_any_number_is_not_logged(run: Run, tmp_path: Path) -> None:
     empty = {f"e.robot_{k}.{x}": math.nan for k in (1, 2, 3) for x in "xy"}
-    positions(run).assign(**empty).to_csv(tmp_path / "log.csv", index=False)
-    judged = escort_mj.judge(tmp_path / "log.csv", run.scenario)
+    judged = judged_of(positions(run).assign(**empty), tmp_path, run.scenario)
     assert judged.verdicts[4].skip == "the log does not contain e" and judged.outcome == "completed"
 
 
@@ -321,8 +269,7 @@ def passing(tmp_path: Path, *gaps: tuple[float, float], who: tuple[int, ...] = (
         for start, end in gaps if robot in who else ():
             way = np.where((time > start) & (time < end), np.nan, way)
         table |= {f"robot_{robot}.x": way, f"robot_{robot}.y": np.where(np.isnan(way), np.nan, 0.0)}
-    pandas.DataFrame(table).to_csv(tmp_path / "log.csv", index=False)
-    return tmp_path / "log.csv"
+    return written(pandas.DataFrame(table), tmp_path)
 
 
 @pytest.mark.parametrize("who", [(1, 2), (2,)])
@@ -374,30 +321,27 @@ def test_a_mission_begins_and_ends_outside_of_gaps(compiled: None, tmp_path: Pat
     scenario = parse_scenario(PASSING).replace(expect=())
     log = pandas.read_csv(passing(tmp_path, (0.0, 0.8), (3.2, 5.0), who=(2,)))
     log.loc[0, ["robot_1.x", "robot_1.y"]] = np.nan  # logged from 50.02 s on, in the gap of robot 2
-    log.to_csv(tmp_path / "log.csv", index=False)
-    found = escort_mj.judge(tmp_path / "log.csv", scenario)
+    found = judged_of(log, tmp_path, scenario)
     assert found.trace.attrs["log_start"] == pytest.approx(50.8)
     assert found.trace["time"].values[-1] == pytest.approx(2.4) and "not judged" not in found.message
     with pytest.raises(LogError, match=r"--start 50.5: the log has no position of robot 2 from 50 to 50.8 s"):
         escort_mj.judge(tmp_path / "log.csv", scenario, start=50.5)
     never = pandas.read_csv(passing(tmp_path, (0.0, 2.0), who=(1,)))
     never.loc[never.time > 51.9, ["robot_2.x", "robot_2.y"]] = np.nan
-    never.to_csv(tmp_path / "log.csv", index=False)
     with pytest.raises(LogError, match="no time at which all bodies are logged"):
-        escort_mj.judge(tmp_path / "log.csv", scenario)
+        judged_of(never, tmp_path, scenario)
 
 
 def test_all_faults_at_once(run: Run, tmp_path: Path) -> None:
     table = positions(run)[lambda t: t.time < 1.5]
     table = table.rename(columns={"robot_1.x": "robot_9.x"}).drop(columns=["robot_3.x", "robot_3.y"])
-    table.to_csv(tmp_path / "log.csv", index=False)
     with pytest.raises(LogError) as error:
-        escort_mj.judge(tmp_path / "log.csv", run.scenario)
+        judged_of(table, tmp_path, run.scenario)
     assert len(error.value.faults) == 3, error.value.faults  # robot_9, robot_1 without x, robot_3
     table = table.drop(columns=[name for name in table if name.startswith("robot_")])
-    table.assign(**{"e.robot_1.x": 0.0, "e.robot_1.y": 0.0}).to_csv(tmp_path / "log.csv", index=False)
+    table = table.assign(**{"e.robot_1.x": 0.0, "e.robot_1.y": 0.0})
     with pytest.raises(LogError, match=r"robot_1: no columns robot_1\.x, robot_1\.y"):
-        escort_mj.judge(tmp_path / "log.csv", run.scenario)
+        judged_of(table, tmp_path, run.scenario)
 
 
 def test_no_log_at_all(run: Run, tmp_path: Path) -> None:
@@ -430,9 +374,9 @@ def test_obstacles_that_move_are_judged_where_they_are_logged(compiled: None, tm
     )
     run = Run(fly(scenario))
     table = positions(run)
-    here = escort_mj.judge(_written(table, tmp_path), scenario)
+    here = judged_of(table, tmp_path, scenario)
     table["walker.x"], table["walker.y"] = 9.0, 0.0
-    there = escort_mj.judge(_written(table, tmp_path), scenario)
+    there = judged_of(table, tmp_path, scenario)
     assert math.isnan(here.values["obstacle_clearance_min"]) and run.values["obstacle_clearance_min"] < 2.3
     assert there.values["obstacle_clearance_min"] > 5.0
 
@@ -440,14 +384,9 @@ def test_obstacles_that_move_are_judged_where_they_are_logged(compiled: None, tm
 def test_the_work_of_drives_is_not_judged(compiled: None, tmp_path: Path) -> None:
     """What drives the target in the scenario says nothing of what drove it in the log."""
     run = Run(fly(parse_scenario(MISSION).replace({"target.body": {"mass": 5.0}, "expect": []})))
-    judged = escort_mj.judge(_written(positions(run), tmp_path), run.scenario)
+    judged = judged_of(positions(run), tmp_path, run.scenario)
     assert run.values["target_energy"] > 0.0 and math.isnan(judged.values["target_energy"])
     assert "does not contain mover_work" in judged.metrics["target_energy"]["reason"]
-
-
-def _written(table: pandas.DataFrame, folder: Path) -> Path:
-    table.to_csv(folder / "log.csv", index=False)
-    return folder / "log.csv"
 
 
 @pytest.mark.slow
@@ -559,12 +498,11 @@ def test_names_and_columns_that_are_taken(compiled: None, tmp_path: Path) -> Non
 
 
 def test_a_plugin_that_fails_in_a_log_fails_it(run: Run, tmp_path: Path) -> None:
-    positions(run).to_csv(tmp_path / "log.csv", index=False)
     (tmp_path / "late.py").write_text(LATE)
     changes = {"mission.behaviors": ["vertices", {"behavior": "late"}], "expect": [{"contacts": "none"}]}
     (tmp_path / "judged.yaml").write_text(MISSION)
     scenario = escort_mj.load_scenario(tmp_path / "judged.yaml", changes, [str(tmp_path / "late.py")])
-    judged = escort_mj.judge(tmp_path / "log.csv", scenario)
+    judged = judged_of(positions(run), tmp_path, scenario)
     assert not judged.passed and judged.outcome is escort_mj.Outcome.FAILED
     assert "a plugin raised an error at 1.50 s" in judged.message and "too late" in judged.message
     assert float(judged.trace["time"][-1]) == pytest.approx(1.5)

@@ -1,7 +1,6 @@
 """Messages of robots: which topic is whose, and what is read from each kind of message."""
 
 import json
-import re
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +12,7 @@ from escort_mj.errors import LogError, UsageError
 from escort_mj.judging.log import Wanted
 from escort_mj.judging.messages import choose_topics, reading_of
 from escort_mj.scenario import parse_scenario
+from tests.corpus import assert_said, read
 
 SCENARIO = parse_scenario(
     "name: circling\nduration: 2\nrobots: {positions: [[3, 0], [-3, 0]]}\nmission: {radius: 3}\n"
@@ -35,9 +35,9 @@ ODOMETRY = "nav_msgs/msg/Odometry"
 
 
 def test_topics_are_found_by_name() -> None:
-    odometry, pose = "nav_msgs/msg/Odometry", "geometry_msgs/msg/PoseStamped"
-    topics = {"/robot_1/odom": odometry, "/robot_1/pose": pose, "/r2/pose": pose, "/target/pose": pose}
-    assert choose_topics({**topics, "/robot_12/odom": odometry}, WANTED) == (
+    pose = "geometry_msgs/msg/PoseStamped"
+    topics = {"/robot_1/odom": ODOMETRY, "/robot_1/pose": pose, "/r2/pose": pose, "/target/pose": pose}
+    assert choose_topics({**topics, "/robot_12/odom": ODOMETRY}, WANTED) == (
         {"robot_1": "/robot_1/odom", "robot_2": "/r2/pose", "target": "/target/pose"},
         [],
     )
@@ -63,29 +63,35 @@ def test_a_velocity_of_odometry_is_turned_into_the_world() -> None:
     assert reading_of({"battery": 3}, 2) == {} and reading_of({"position": [1, 2]}, 2) == {}
 
 
-@pytest.mark.parametrize(
-    ("message", "words"),
-    [
-        ({"pose": {"position": {"x": True, "y": 2}}}, "pose.position.x: found true; expected a number"),
-        ({"position": {"x": 1, "y": "2"}}, 'position.y: found "2"; expected a number'),
-        ({"position": {"x": 1, "y": [2]}}, "position.y: found a list of 1"),
-        ({"position": {"x": 10**400, "y": 2}}, "position.x: found a whole number of more than"),
-        ({"header": {"stamp": {"sec": "now"}}}, 'header.stamp.sec: found "now"; expected a number'),
-        ({"timestamp": {"sec": 1, "nsec": False}}, "timestamp.nsec: found false; expected a number"),
-    ],
-)
-def test_messages_with_something_else_than_numbers(tmp_path: Path, message: Any, words: str) -> None:
+def written(path: Path, topics: dict[str, tuple[np.ndarray, list[Any]]], kind: str = "") -> Path:
+    """A log of messages as tables, by topic with their times."""
     writing = pytest.importorskip("mcap.writer")
-    with (tmp_path / "log.mcap").open("wb") as file:
+    with path.open("wb") as file:
         writer = writing.Writer(file)
         writer.start()
-        for topic in ("/robot_1/pose", "/robot_2/pose"):
-            channel = writer.register_channel(topic, "json", writer.register_schema("", "jsonschema", b"{}"))
-            data = {"position": {"x": 1, "y": 2}} | (message if topic == "/robot_2/pose" else {})
-            writer.add_message(channel, 10**8, json.dumps(data).encode(), 10**8)
+        for topic, (times, messages) in topics.items():
+            channel = writer.register_channel(
+                topic, "json", writer.register_schema(kind, "jsonschema", b"{}")
+            )
+            for time, message in zip(times, messages, strict=True):
+                writer.add_message(
+                    channel, round(1e9 * time), json.dumps(message).encode(), round(1e9 * time)
+                )
         writer.finish()
-    with pytest.raises(UsageError, match=re.escape(f"log.mcap: /robot_2/pose at 0.1 s: {words}")):
-        escort_mj.judge(tmp_path / "log.mcap", SCENARIO)
+    return path
+
+
+LONG = {"text": {"position": {"x": 10**400}}, "said": "position.x: found a whole number of more than"}
+
+
+@pytest.mark.parametrize("case", [*read(Path(__file__).with_name("wrong_messages.yaml")), LONG])
+def test_messages_with_something_else_than_numbers(tmp_path: Path, case: dict[str, Any]) -> None:
+    right = {"position": {"x": 1, "y": 2}}
+    topics = {"/robot_1/pose": right, "/robot_2/pose": right | case["text"]}
+    log = written(tmp_path / "log.mcap", {name: (TIMES[2:3], [one]) for name, one in topics.items()})
+    with pytest.raises(UsageError) as caught:
+        escort_mj.judge(log, SCENARIO)
+    assert_said(caught.value, f"{log}: /robot_2/pose at 0.1 s: {case['said']}")
 
 
 def odometry(store: Any, robot: int, time: float, place: Any, speed: Any, heading: float) -> Any:
@@ -139,22 +145,15 @@ def test_a_ros_bag(compiled: None, tmp_path: Path, form: str) -> None:
 
 
 def test_json_of_others_in_mcap(compiled: None, tmp_path: Path) -> None:
-    writing = pytest.importorskip("mcap.writer")
-    with (tmp_path / "log.mcap").open("wb") as file:
-        writer = writing.Writer(file)
-        writer.start(profile="", library="")
-        schema = writer.register_schema("foxglove.PoseInFrame", "jsonschema", b"{}")
-        for robot, topic in enumerate(("/a", "/b")):
-            channel = writer.register_channel(topic, "json", schema)
-            for time, place in zip(TIMES, circle(robot)[0], strict=True):
-                pose = {"pose": {"position": dict(zip("xy", place, strict=True))}}
-                moment = round(1e9 * time)
-                writer.add_message(channel, moment, json.dumps(pose).encode(), moment)
-        writer.finish()
-    names = {"robot_1": "/a", "robot_2": "/b"}
-    assert escort_mj.judge(tmp_path / "log.mcap", SCENARIO, names=names).passed
+    def poses(robot: int) -> list[Any]:
+        places = circle(robot)[0]
+        return [{"pose": {"position": dict(zip("xy", place, strict=True))}} for place in places]
+
+    topics = {topic: (TIMES, poses(robot)) for robot, topic in enumerate(("/a", "/b"))}
+    log = written(tmp_path / "log.mcap", topics, "foxglove.PoseInFrame")
+    assert escort_mj.judge(log, SCENARIO, names={"robot_1": "/a", "robot_2": "/b"}).passed
     with pytest.raises(LogError, match="robot_1: no topic of its name; topics are /a or /b"):
-        escort_mj.judge(tmp_path / "log.mcap", SCENARIO)
+        escort_mj.judge(log, SCENARIO)
 
 
 def test_an_empty_folder_is_no_log(tmp_path: Path) -> None:
