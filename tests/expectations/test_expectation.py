@@ -1,12 +1,9 @@
 import numpy as np
-import pytest
 
 from escort_mj.expect.verdicts import judge_one
 from escort_mj.expectations import EXPECTATIONS
 from escort_mj.expectations.clearance import ClearanceExpectation
-from escort_mj.expectations.contacts import ContactExpectation
 from escort_mj.expectations.expectation import Expectation, Judgment, Windowed
-from escort_mj.expectations.metric import MetricExpectation
 from escort_mj.record.outcome import Outcome
 from tests.expectations.traces import watched
 
@@ -70,27 +67,3 @@ class TestJudging:
             ClearanceExpectation(clearance=("robots", "rock"), at_least=1), trace, Outcome.COMPLETED
         )
         assert found.broken and "touches.py" not in found.message and "clearance.py:" in found.message
-
-
-class TestFaults:
-    @pytest.mark.parametrize(
-        ("expectation", "faults"),
-        [
-            (MetricExpectation(metric="energy"), [((), "has no bound; give at_most or at_least")]),
-            (
-                MetricExpectation(metric="energy", at_most=1.0, at_least=2.0),
-                [((), "no value is at least 2 and at most 1")],
-            ),
-            (
-                MetricExpectation(metric="energy", at_most=-1.0),
-                [(("at_most",), "found -1 J; energy is always 0 J or more")],
-            ),
-            (ContactExpectation(contacts=("robots", "rock")), []),
-            (
-                ContactExpectation(contacts="any", at_least=3, at_most=2),
-                [((), "no value is at least 3 and at most 2")],
-            ),
-        ],
-    )
-    def test_bounds_that_no_value_meets(self, expectation, faults):
-        assert list(expectation.faults()) == faults

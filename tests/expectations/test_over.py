@@ -2,7 +2,6 @@
 
 import pytest
 
-from escort_mj.errors import ScenarioError
 from escort_mj.expect.verdicts import judge_one
 from escort_mj.expectations.metric import MetricExpectation
 from escort_mj.record.outcome import Outcome
@@ -40,25 +39,6 @@ def test_a_run_that_broke_off_has_no_tail(trace):
     found = judge_one(bound(over="tail"), trace, Outcome.DIVERGED)
     assert not found.held and "broke off at 10 s, and has no tail" in found.message
     assert found.value is found.time is None and found.bodies == ()
-
-
-@pytest.mark.parametrize(
-    ("keys", "words"),
-    [
-        ("over: tail, after: 3", "found over and after; a window is given by over, or by after and before"),
-        ("over: whole, after: 1, before: 4", "found over and after and before; a window is given by over"),
-        ("over: tial", 'over: found "tial"; allowed are whole or tail; did you mean "tail"?'),
-    ],
-)
-def test_windows_that_are_none(keys, words):
-    with pytest.raises(ScenarioError) as error:
-        parse_scenario(f"duration: 10\nexpect: [{{metric: energy, at_most: 5, {keys}}}]")
-    assert words in str(error.value)
-
-
-def test_a_moment_has_no_tail():
-    with pytest.raises(ScenarioError, match="found tail; settling_time is a moment of the run"):
-        parse_scenario("duration: 10\nexpect: [{metric: settling_time, at_most: 9, over: tail}]")
 
 
 def test_the_tail_begins_at_a_sample():

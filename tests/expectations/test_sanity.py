@@ -112,20 +112,6 @@ class TestTunneling:
         assert (found.value, found.time) == (pytest.approx(0.01 * speed), 3.0)
         assert found.margin == pytest.approx(1.0 - 0.01 * speed)
 
-    def test_the_target_can_be_the_fastest(self):
-        trace = watched(target_speed_max=180.0)
-        assert sanity(trace, "tunneling").held
-        assert sanity(trace, "tunneling").bodies == ("target", "robot_1")
-        assert not sanity(watched(target_speed_max=210.0), "tunneling").held
-
-    def test_a_fast_rock(self):
-        trace = watched(rows=101)
-        trace["obstacle_speed_max"][50, 0] = 190.0
-        assert sanity(trace, "tunneling").held
-        trace["obstacle_speed_max"][50, 0] = 210.0
-        found = sanity(trace, "tunneling")
-        assert (found.held, found.bodies, found.time) == (False, ("rock", "robot_1"), pytest.approx(5.0))
-
     def test_a_thin_rock(self):
         trace = watched(target_speed_max=9.0)
         trace["body_thickness"][3] = 0.02
