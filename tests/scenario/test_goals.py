@@ -1,9 +1,7 @@
 """Goals as scenarios give them, and missions without a target: what they become, and what is refused."""
 
 import numpy as np
-import pytest
 
-from escort_mj.errors import ScenarioError
 from escort_mj.scenario.mission import Mission
 from escort_mj.scenario.reader.load import scenario_of
 
@@ -33,16 +31,3 @@ def test_goals_as_given_mirrored_and_drawn() -> None:
     assert (np.linalg.norm(points - 5.0, axis=1) <= 2.5).all()
     gaps = np.linalg.norm(points[:, None] - points, axis=2) + 9.0 * np.eye(3)
     assert (gaps >= 0.7).all()
-
-
-def test_what_needs_a_target_is_refused_without_one() -> None:
-    phase = {"behaviors": ["orbit"], "when": {"quantity": "target_distance", "below": 1.0}}
-    mission = {"behaviors": ["avoid_obstacles", "vertices"], "supervisor": [phase]}
-    expected = [{"clearance": ["robots", "target"], "at_least": 0.1}]
-    with pytest.raises(ScenarioError) as error:
-        scenario_of({"target": None, "mission": mission, "expect": expected})
-    words = str(error.value)
-    assert "behaviors[1]: found vertices, which needs a target; this mission has none" in words
-    assert "supervisor[0].behaviors[0]: found orbit" in words
-    assert "when.quantity: found target_distance; this mission has no target" in words
-    assert "found target; this scenario has none" in words

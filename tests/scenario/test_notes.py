@@ -44,21 +44,6 @@ def test_a_circle_that_is_wider_than_a_door_is_told_beforehand():
     assert notes(load_scenario("main")) == [], "one goes around a rock"
 
 
-@pytest.mark.parametrize(
-    ("surface", "words"),
-    [
-        ({"radius": "2 + t**"}, "radius: found the end of the expression"),
-        ({"radius": "1/(t-3)"}, "radius: has the time derivative"),
-        ({"radius": 0.2}, "radius: found 0.2 m, inside the target's body; expected more than 0.4 m"),
-        ({"least": 1.0}, "least: found a smallest radius without fit: true"),
-    ],
-)
-def test_a_radius_that_cannot_be(surface: dict, words: str):
-    with pytest.raises(ScenarioError, match="surface|radius|least") as error:
-        squeezed(ROUND | surface)
-    assert words in str(error.value)
-
-
 def test_a_door_narrower_than_a_robot():
     with pytest.raises(ScenarioError) as error:
         squeezed(ROUND, width=0.25)

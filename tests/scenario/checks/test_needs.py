@@ -36,16 +36,6 @@ def test_a_plugins_metric_is_refused_where_it_would_have_no_value(tmp_path: Path
     assert load_scenario(scenario, goal).expect[0].needs == ("goals",)
 
 
-def test_settled_needs_a_target() -> None:
-    changes = {
-        "target": None,
-        "mission.behaviors": ["avoid_obstacles"],
-        "expect": [{"settled": 0.1, "by": 9}],
-    }
-    with pytest.raises(ScenarioError, match="found settled, but there is no target"):
-        load_scenario({}, changes)
-
-
 @pytest.mark.parametrize("needs", ["goals", ["goals"], ("gaols",), ("goals", 3), ({},)])
 def test_what_there_is_not(needs: object) -> None:
     with pytest.raises(UsageError, match="expected a tuple of some of beliefs, goals"):

@@ -36,18 +36,6 @@ def test_rates_that_divide(timestep: float, rate: float):
     assert findings_between_keys(keys_of(physics={"timestep": timestep}, recording={"rate": rate})) == []
 
 
-def test_rate_faster_than_the_physics():
-    (finding,) = findings_between_keys(keys_of(recording={"rate": 700.0}))
-    assert finding.message.endswith("as with 500")
-
-
-def test_overlap_counts_the_radii_of_overrides():
-    robots = {"positions": ((5.0, 0.0), (5.0, 1.0)), "overrides": ({"robot": 1, "radius": 0.9},)}
-    (finding,) = findings_between_keys(keys_of(robots=robots))
-    assert finding.path == ("robots", "positions", 1)
-    assert "robot 2 overlaps robot 1 by 0.1 m" in finding.message
-
-
 def test_many_overlaps_are_cut_short():
     robots = {"positions": tuple((5.0, 0.001 * k) for k in range(100))}
     assert len(findings_between_keys(keys_of(robots=robots, mission={"behaviors": ("surface",)}))) == 20
@@ -62,16 +50,7 @@ def test_teammate_distance_between_centers_counts_no_radius():
     assert len(distance("surface")) == 1
 
 
-@pytest.mark.parametrize(
-    ("window", "key", "words"),
-    [
-        ({"start": 30.0}, "start", "found 30 s; the run ends at 30 s"),
-        ({"start": 10.0, "end": 10.0}, "end", "found 10 s; expected more than the start, 10 s"),
-    ],
-)
-def test_the_video_shows_a_part_of_the_run(window: dict[str, float], key: str, words: str):
-    (finding,) = findings_between_keys(keys_of(video=window))
-    assert (finding.path, finding.message) == (("video", key), words)
+def test_the_video_may_end_after_the_run():
     assert findings_between_keys(keys_of(video={"start": 10.0, "end": 99.0})) == []
 
 

@@ -2,6 +2,7 @@
 
 from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -11,6 +12,7 @@ import escort_mj
 from escort_mj import ScenarioError
 from escort_mj.scenario.geometry.shapes import quaternion, rotation_matrix
 from escort_mj.scenario.mission import Mission
+from tests.corpus import documents, is_said
 
 GEOMS = """
 <geom name="board" type="box" size=".8 .1 .5" pos="4 3 .5" euler="0 0 30"/>
@@ -175,57 +177,15 @@ def test_names_are_unique_and_have_letters_of_names(tmp_path: Path) -> None:
     assert names == ["b_box", "b_box_2", "b_rack_no__1", "b_rack_no__1_2", "b_box_2_2"]
 
 
-MOVES = '<body name="gate"><joint type="slide"/><geom type="box" size=".1 .1 .1" pos="0 3 0"/></body>'
-LINE = '<geom name="line" type="box" size="1 1e-15 1" pos="0 3 0" euler="0 10 0"/>'
-SMALL = '<geom name="nail" type="box" size=".0001 .1 .1" pos="0 3 .1"/>'
+PARTS, WRONG = documents(Path(__file__).parents[1] / "scenery.yaml")
 
 
-@pytest.mark.parametrize(
-    ("geoms", "table", "keys", "words"),
-    [
-        (
-            GEOMS,
-            {"file": "hal.xml"},
-            {},
-            r"scenery\[0\]\.file: hal\.xml: there is no such file in .*; did you mean",
-        ),
-        (GEOMS, {"file": "../hall.xml"}, {}, r"scenery\[0\]\.file: .*leads out of the scenario's folder"),
-        (GEOMS, {"file": "hall.yaml"}, {}, r"scenery\[0\]\.file: hall\.yaml: this is not XML"),
-        (GEOMS, {}, {}, r"scenery\[0\]\.file: is missing"),
-        (
-            GEOMS,
-            {"file": "hall.xml", "colour": "red"},
-            {},
-            r"scenery\[0\]\.colour: is not a key.*mean .color",
-        ),
-        (
-            GEOMS,
-            {"file": "hall.xml", "position": [1, 2, 3]},
-            {},
-            r"scenery\[0\]\.position: found 3 numbers; expected 2",
-        ),
-        (GEOMS, {"file": "hall.xml", "orientation": [0, 0, 1]}, {}, r"in the plane, expected a yaw angle"),
-        (
-            GEOMS,
-            {"file": "hall.xml"},
-            {"axes": 4},
-            r"scenery\[0\]\.file: found a mission of 4 axes; scenery has 2 or 3",
-        ),
-        (MOVES, {"file": "hall.xml"}, {}, r"scenery\[0\]\.file: hall\.xml: the body gate moves"),
-        (OTHERS, {"file": "hall.xml"}, {}, r"hall\.xml: has no geom that can collide, besides planes"),
-        ('<geom type="hfield"/>', {"file": "hall.xml"}, {}, r"hall\.xml: MuJoCo refuses it"),
-        (GEOMS, {"file": "hall.xml", "below": "2"}, {}, r'scenery\[0\]\.below: found "2"; expected a number'),
-        (LINE, {"file": "hall.xml"}, {}, r"scenery\[0\]: hall_line: vertices: span no body"),
-        (SMALL, {"file": "hall.xml"}, {}, r"scenery\[0\]: hall_nail: size\[0\]: found 0\.0001"),
-        ("<geom size='1'/>", {"file": "hall.xml", "name": "rock"}, {}, r"scenery\[0\].*rock_sphere"),
-    ],
-)
-def test_faults_say_where_they_are(
-    tmp_path: Path, geoms: str, table: dict[str, object], keys: dict[str, object], words: str
-) -> None:
-    written(tmp_path, geoms)
-    with pytest.raises(ScenarioError, match=words) as caught:
-        loaded(tmp_path, table, **keys)
+@pytest.mark.parametrize("case", WRONG, ids=[case["said"] for case in WRONG])
+def test_faults_say_where_they_are(tmp_path: Path, case: dict[str, Any]) -> None:
+    written(tmp_path, PARTS[case["geoms"]] if "geoms" in case else GEOMS)
+    with pytest.raises(ScenarioError) as caught:
+        loaded(tmp_path, case.get("table", {"file": "hall.xml"}), **case.get("keys", {}))
+    assert any(is_said(f"{fault.key}: {fault.message}", case["said"]) for fault in caught.value.faults)
     assert all(fault.line == 1 for fault in caught.value.faults)
 
 
@@ -252,28 +212,6 @@ expect:
         (6, "scenery[3].position"),
         (7, "scenery[4].fil"),
     ]
-
-
-@pytest.mark.parametrize(
-    ("others", "words"),
-    [
-        (
-            {"opponents": [{"name": "hall", "count": 2}]},
-            r"opponents\[0\]\.name: found hall_1 again; scenery\[0\]",
-        ),
-        (
-            {"opponents": [{"name": "robot"}]},
-            r"opponents\[0\]\.name: found robot_1; robots, target and world",
-        ),
-        ({"walls": [{"points": [[9, 9], [9, 8]], "name": "hall_1"}]}, r"walls\[0\].*; scenery\[0\] has it"),
-    ],
-)
-def test_names_of_others_differ_from_those_of_the_file(
-    tmp_path: Path, others: dict[str, object], words: str
-) -> None:
-    written(tmp_path, '<geom name="1" type="sphere" size=".2" pos="0 3 0"/>')
-    with pytest.raises(ScenarioError, match=words):
-        loaded(tmp_path, {"file": "hall.xml"}, **others)
 
 
 def test_as_many_tables_as_the_schema_allows(tmp_path: Path) -> None:

@@ -6,6 +6,7 @@ import pytest
 
 from escort_mj.errors import ScenarioError
 from escort_mj.scenario.reader.load import Template, load_file
+from tests.corpus import assert_said, read
 from tests.test_cli import command  # noqa: F401  a fixture: one command in a folder of its own
 
 ROBOT = """\
@@ -73,32 +74,16 @@ def test_without_a_root_the_error_says_how_to_declare_it(repo: Path) -> None:
     assert [fault.message for fault in error.value.faults] == [f"{file}: {words}" for file in files]
 
 
-@pytest.mark.parametrize(
-    ("root", "override", "words"),
-    [
-        ("../robots", "", "meshed.xml: a.obj: leads out of the root ../robots; "),
-        (
-            "../robots",
-            "robots.kind.file=../robots/plain.xml",
-            "../data/way.csv: leads out of the root ../robots; ",
-        ),
-        ("..", "target.waypoints=../../secret.csv", "../../secret.csv: leads out of the root ..; "),
-        ("..", "target.waypoints=../data/link.csv", "../data/link.csv: leads out of the root ..; "),
-        ("..", "robots.kind.file=/robot.xml", "robot.xml: leads out of the root ..; "),
-        ("../nothing", "", 'found "../nothing"; there is no such folder'),
-        ("m.yaml", "", 'found "m.yaml"; there is no such folder'),
-        ("[]", "", "found an empty list"),
-    ],
-)
-def test_nothing_beyond_the_root(repo: Path, root: str, override: str, words: str) -> None:
+@pytest.mark.parametrize("case", read(Path(__file__).parents[2] / "roots.yaml"))
+def test_nothing_beyond_the_root(repo: Path, case: dict[str, str]) -> None:
+    overrides = [case["set"]] if "set" in case else []
     with pytest.raises(ScenarioError) as error:
-        load(repo, root, *([override] if override else []))
+        load(repo, case["root"], *overrides)
     *others, fault = [fault.message for fault in error.value.faults]
-    assert words in fault and all("leads out" in other for other in others), error.value
-    if "leads out" in words:  # and what it says helps
-        allowed = fault.rpartition("root: ")[2]
-        if "/robot.xml" not in override:
-            load(repo, allowed, *([override] if override else []))
+    assert_said(fault, case["said"])
+    assert all("leads out" in other for other in others), error.value
+    if "leads out" in fault and "/robot.xml" not in case.get("set", ""):  # and what it says helps
+        load(repo, fault.rpartition("root: ")[2], *overrides)
 
 
 def test_a_run_folder_needs_no_root(repo: Path, command, tmp_path: Path) -> None:  # noqa: F811

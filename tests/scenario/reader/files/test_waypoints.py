@@ -8,6 +8,7 @@ from escort_mj.errors import ScenarioError
 from escort_mj.scenario import dump_scenario, load_file, parse_scenario
 from escort_mj.scenario.reader.load import Template
 from escort_mj.scenario.schema.obstacle_tables import Waypoint
+from tests.corpus import assert_said, read
 
 TABLE = "time,x,y\n# a comment\n0, 0, 0\n10, 3, 1\n\n"
 POINTS = (Waypoint(time=0.0, position=(0.0, 0.0)), Waypoint(time=10.0, position=(3.0, 1.0)))
@@ -48,27 +49,21 @@ def test_overrides_name_tables_and_studies_see_their_content(tmp_path: Path) -> 
     assert template.overridden() != before
 
 
-@pytest.mark.parametrize(
-    ("table", "name", "words"),
-    [
-        (None, "way.csv", "way.csv: there is no such file beside the scenario"),
-        ("", "way.csv", "way.csv: holds no waypoint"),
-        ("time,x,y\n", "way.csv", "holds no waypoint"),
-        ("0,0,0\n1,x,0\n", "way.csv", "way.csv:2: found 'x'"),
-        ("0,0,0\n1,2\n", "way.csv", "way.csv:2: a line is a time"),
-        ("0,0,0\n1,2,3,4\n", "way.csv", "way.csv:2: found 4 numbers"),
-        ("0,0,inf\n", "way.csv", "way.csv:1: .* all are finite"),
-        ("0,0,0\n" * 10_001, "way.csv", "more than 10,000 waypoints"),
-        (TABLE, "way.txt", "suffix .csv"),
-        (TABLE, "../way.csv", "leads out of the scenario's folder"),
-        (TABLE, "/etc/way.csv", "leads out of the scenario's folder"),
-    ],
-)
-def test_wrong_tables(tmp_path: Path, table: str | None, name: str, words: str) -> None:
-    with pytest.raises(ScenarioError, match=words) as wrong:
-        load_file(scenario(tmp_path, table, name))
+MANY = {"table": "0,0,0\n" * 10_001, "said": "... more than 10,000 waypoints"}
+
+
+@pytest.mark.parametrize("case", [*read(Path(__file__).parents[2] / "waypoints.yaml"), MANY])
+def test_wrong_tables(tmp_path: Path, case: dict[str, str]) -> None:
+    with pytest.raises(ScenarioError) as wrong:
+        load_file(scenario(tmp_path, case.get("table"), case.get("name", "way.csv")))
     (fault,) = wrong.value.faults
+    assert_said(fault.message, case["said"])
     assert (fault.key, fault.line) == ("target.waypoints", 4)
+
+
+def test_as_many_waypoints_as_there_may_be(tmp_path: Path) -> None:
+    most = "".join(f"{line},0,0\n" for line in range(10_000))
+    assert len(load_file(scenario(tmp_path, most)).target.waypoints) == 10_000
 
 
 def test_what_is_in_a_table_is_checked_like_a_list(tmp_path: Path) -> None:
