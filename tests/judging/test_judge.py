@@ -12,42 +12,15 @@ import escort_mj
 from escort_mj.api.runs import Run
 from escort_mj.errors import LogError, UsageError
 from escort_mj.mission import fly
-from escort_mj.scenario import Scenario, parse_scenario
-from tests.corpus import assert_said, read
+from escort_mj.scenario import Scenario
+from tests.corpus import assert_said, missions, read
 from tests.test_examples import example
 
 FINE = 1e-9
 BETWEEN = {"obstacle_clearance_min": 1e-3, "robot_clearance_min": 1e-3, "tunneling": 0.02}
 BETWEEN |= {"kinetic_energy_max": 0.04, "tracking_error_rms": 0.01, "radius_error_max": 0.01}
 """Watched at every physics step of the run, of which its export has samples only: relative differences."""
-MISSION = """\
-name: judged
-duration: 3
-recording: {rate: 50}
-robots: {positions: [[3, 0], [-1.5, 2.6], [-1.5, -2.6]]}
-target: {position: ["0.2*t", "0.1*sin(t)"]}
-obstacles: [{position: [4.2, 0.5], radius: 0.3, name: rock}]
-mission: {radius: 3, behaviors: [avoid_obstacles, vertices, surface]}
-expect:
-  - {contacts: none}
-  - {clearance: [robots, rock], at_least: 0.05}
-  - {settled: 0.9, by: 2}
-  - {metric: tracking_error_rms, at_most: 0.5}
-  - {metric: force_rms, at_most: 100}
-  - {sanity: all}
-  - {metric: radius_error_max, at_most: 1.0e-9, xfail: cannot be}
-"""
-SMASH = """\
-name: smash
-duration: 2
-robots: {positions: [[-1, 0], [1, 0]], velocities: [[1, 0], [-1, 0]], force_limit: 1.0e-9}
-target: {position: [0, 9]}
-mission: {radius: 1, behaviors: [surface]}
-expect:
-  - {contacts: any, at_most: 3, peak_force: 1, touch_time: 1}
-  - {contacts: any, at_most: 0, peak_force: 1}
-  - {metric: contact_force_max, at_most: 1}
-"""
+MISSIONS = missions(__file__)
 LATE = '''"""Fails at 1.5 s."""
 
 from typing import Literal
@@ -76,7 +49,7 @@ OF_THE_LAW = {
 
 @pytest.fixture(scope="module")
 def run(compiled: None) -> Run:
-    return Run(fly(parse_scenario(MISSION)))
+    return Run(fly(mission("judged")))
 
 
 @pytest.fixture(scope="module")
@@ -127,7 +100,7 @@ def test_an_exported_run_is_judged_alike(run: Run, exported: Path, suffix: str) 
 
 
 def test_forces_sum_up_as_in_the_loop(compiled: None, tmp_path: Path) -> None:
-    scenario = parse_scenario(MISSION).replace({"recording.rate": 500, "duration": 0.4, "expect": []})
+    scenario = mission("judged", recording={"rate": 500}, duration=0.4, expect=[])
     run = Run(fly(scenario))
     table = positions(run)
     for signal, letter in (("v", "v"), ("force", "f")):
@@ -191,7 +164,7 @@ def _even(time: np.ndarray) -> np.ndarray:
 
 
 def test_forces_of_touches_are_not_judged(compiled: None, tmp_path: Path) -> None:
-    run = Run(fly(parse_scenario(SMASH)))
+    run = Run(fly(mission("smash")))
     outcome, bounds, none, force = judged_of(positions(run), tmp_path, run.scenario).verdicts
     assert run.values["contacts"] == 1.0
     assert outcome.passed and not outcome.skip
@@ -247,20 +220,6 @@ def test_a_signal_without_any_number_is_not_logged(run: Run, tmp_path: Path) -> 
     assert judged.verdicts[4].skip == "the log does not contain e" and judged.outcome == "completed"
 
 
-PASSING = """\
-name: passing
-duration: 4
-robots: {positions: [[-2, 0], [2, 0]], radius: 0.2}
-target: {position: [0, 9]}
-mission: {radius: 1, behaviors: [surface]}
-expect:
-  - {contacts: none}
-  - {contacts: none, after: 1.7, before: 2.3}
-  - {clearance: [robots, robots], at_least: 0.5, after: 2.1}
-  - {metric: path_length, at_most: 100, before: 1.5}
-"""
-
-
 def passing(tmp_path: Path, *gaps: tuple[float, float], who: tuple[int, ...] = (1, 2)) -> Path:
     """A log of two robots that drive through each other, at 1 m/s from 4 m apart, with gaps."""
     time = 0.02 * np.arange(201.0)
@@ -274,7 +233,7 @@ def passing(tmp_path: Path, *gaps: tuple[float, float], who: tuple[int, ...] = (
 
 @pytest.mark.parametrize("who", [(1, 2), (2,)])
 def test_a_log_is_judged_around_its_gaps(compiled: None, tmp_path: Path, who: tuple[int, ...]) -> None:
-    scenario = parse_scenario(PASSING)
+    scenario = mission("passing")
     whole = escort_mj.judge(passing(tmp_path), scenario)
     assert [one.passed for one in whole.verdicts] == [True, False, False, False, True]
     met = escort_mj.judge(passing(tmp_path, (3.0, 3.6), who=who), scenario)  # a gap elsewhere
@@ -304,7 +263,7 @@ def test_a_gap_counts_for_no_time(compiled: None, tmp_path: Path) -> None:
         table |= {f"robot_{robot}.fx": np.where(time < 1.0, 3.0, 1.0), f"robot_{robot}.fy": 0.0 * time}
     log, log_path = pandas.DataFrame(table), tmp_path / "log.csv"
     log[(log.time <= 2.0) | (log.time >= 5.0)].to_csv(log_path, index=False)
-    scenario = parse_scenario(PASSING).replace({"duration": 6, "target.position": [0, 1], "expect": []})
+    scenario = mission("passing", duration=6, target={"position": [0, 1]}, expect=[])
     found = escort_mj.judge(log_path, scenario)
     assert found.values["force_rms"] ** 2 == pytest.approx((9.0 * 1.0 + 1.0 * 2.0) / 3.0, rel=0.02)
     judged = escort_mj.judge(log_path, scenario.replace({"target.position": ["t", 1]}))
@@ -318,7 +277,7 @@ def test_a_gap_counts_for_no_time(compiled: None, tmp_path: Path) -> None:
 
 
 def test_a_mission_begins_and_ends_outside_of_gaps(compiled: None, tmp_path: Path) -> None:
-    scenario = parse_scenario(PASSING).replace(expect=())
+    scenario = mission("passing", expect=[])
     log = pandas.read_csv(passing(tmp_path, (0.0, 0.8), (3.2, 5.0), who=(2,)))
     log.loc[0, ["robot_1.x", "robot_1.y"]] = np.nan  # logged from 50.02 s on, in the gap of robot 2
     found = judged_of(log, tmp_path, scenario)
@@ -368,10 +327,7 @@ def test_no_log_at_all(run: Run, tmp_path: Path) -> None:
 
 
 def test_obstacles_that_move_are_judged_where_they_are_logged(compiled: None, tmp_path: Path) -> None:
-    scenario = parse_scenario(
-        "name: walker\nduration: 1\nrobots: {positions: [[3, 0], [-3, 0]]}\nmission: {radius: 3}\n"
-        'obstacles: [{motion: {position: ["6 - t", 0]}, radius: 0.5, name: walker, body: {mass: 5}}]\n'
-    )
+    scenario = mission("walker")
     run = Run(fly(scenario))
     table = positions(run)
     here = judged_of(table, tmp_path, scenario)
@@ -383,7 +339,8 @@ def test_obstacles_that_move_are_judged_where_they_are_logged(compiled: None, tm
 
 def test_the_work_of_drives_is_not_judged(compiled: None, tmp_path: Path) -> None:
     """What drives the target in the scenario says nothing of what drove it in the log."""
-    run = Run(fly(parse_scenario(MISSION).replace({"target.body": {"mass": 5.0}, "expect": []})))
+    driven = MISSIONS["judged"]["target"] | {"body": {"mass": 5.0}}
+    run = Run(fly(mission("judged", target=driven, expect=[])))
     judged = judged_of(positions(run), tmp_path, run.scenario)
     assert run.values["target_energy"] > 0.0 and math.isnan(judged.values["target_energy"])
     assert "does not contain mover_work" in judged.metrics["target_energy"]["reason"]
@@ -396,31 +353,12 @@ def test_the_example(compiled: None) -> None:
     assert isinstance(judged.scenario, Scenario)
 
 
-UNSEEN = {
-    "opponents": (
-        "opponents: [{count: 1, positions: [[6, 0]], policy: {policy: straight, speed: 2}}]",
-        ["opponents_breached, at_most: 0", "threat_time_min, at_least: 1"],
-        "opponent_1",
-    ),
-    "a target with a policy": (
-        "target: {position: [0, 0], policy: {policy: flee, speed: 2}}",
-        ["escaped, at_least: 3", "caught, at_least: 3", "radius_error_max, at_most: 1"],
-        "target",
-    ),
-    "an obstacle that moves": (
-        'obstacles: [{name: cart, radius: 0.3, motion: {position: ["8 - t", 0]}}]',
-        ["obstacle_clearance_min, at_least: 0.1", "safety_obstacles, at_least: 1", "tunneling, at_most: 1"],
-        "cart",
-    ),
-    "messages and estimates": (
-        "knowledge: {}\ncommunication: {range: 9}",
-        ["union, at_least: 0.1", "message_rate, at_least: 0.1", "estimate_error_rms, at_most: 1"],
-        "",
-    ),
-}  # fmt: skip
 REST = [*[f"{0.1 * k:.2f},2,0,-2,0" for k in range(41)]]
 COLUMNS = "time,robot_1.x,robot_1.y,robot_2.x,robot_2.y"
-REST_MISSION = "name: rest\nduration: 4\nrobots: {positions: [[2, 0], [-2, 0]]}\nmission: {radius: 2}\n"
+
+
+def mission(name: str, **keys: Any) -> Scenario:
+    return escort_mj.load_scenario(MISSIONS[name] | keys)
 
 
 def resting(folder: Path, rows: list[str] | None = None, columns: str = COLUMNS) -> Path:
@@ -429,15 +367,13 @@ def resting(folder: Path, rows: list[str] | None = None, columns: str = COLUMNS)
     return folder / "log.csv"
 
 
-@pytest.mark.parametrize("case", UNSEEN)
+@pytest.mark.parametrize("case", MISSIONS["unseen"])
 @pytest.mark.filterwarnings("error::RuntimeWarning")
 def test_what_nobody_logged_is_not_judged(one_figure: None, tmp_path: Path, case: str) -> None:
-    keys, metrics, body = UNSEEN[case]
-    expected = [f"{{metric: {one}}}" for one in metrics] + ["{contacts: none}"] * bool(body)
-    target = "" if "target:" in keys else "target: {position: [0, 0]}\n"
-    text = f"{REST_MISSION}{target}{keys}\nexpect: [{', '.join(expected)}]\n"
+    unseen = MISSIONS["unseen"][case]
+    expected, body = unseen["expect"], unseen["body"]
     kept = tmp_path / "run" if body == "cart" else None
-    judged = escort_mj.judge(resting(tmp_path), parse_scenario(text), kept)
+    judged = escort_mj.judge(resting(tmp_path), mission("rest", **unseen["keys"], expect=expected), kept)
     assert [one.message for one in judged.verdicts[1:] if not one.skip] == [
         f"judged at least 1 expectation: 0 of {len(expected)}"
     ]
@@ -448,26 +384,20 @@ def test_what_nobody_logged_is_not_judged(one_figure: None, tmp_path: Path, case
 
 
 def test_a_touch_of_bodies_that_are_logged_fails_whatever_is_not(compiled: None, tmp_path: Path) -> None:
-    keys, _, _ = UNSEEN["opponents"]
-    expected = (
-        "[{contacts: none}, {clearance: [robots, robots], at_least: 0.1}, {contacts: [robot_1, opponent_1]}]"
-    )
-    text = f"{REST_MISSION}target: {{position: [0, 9]}}\n{keys}\nexpect: {expected}\n"
+    expected = [{"contacts": "none"}, {"contacts": ["robot_1", "opponent_1"]}]
+    expected.insert(1, {"clearance": ["robots", "robots"], "at_least": 0.1})
+    keys = MISSIONS["unseen"]["opponents"]["keys"] | {"target": {"position": [0, 9]}}
+    scenario = mission("rest", **keys, expect=expected)
     rows = [f"{0.1 * k:.2f},{2 - 0.05 * k},0,{0.05 * k - 2},0" for k in range(41)]
-    _, none, clear, pair = escort_mj.judge(resting(tmp_path, rows), parse_scenario(text)).verdicts
+    _, none, clear, pair = escort_mj.judge(resting(tmp_path, rows), scenario).verdicts
     assert not none.skip and not none.passed and "robots 1 and 2" in none.message
     assert not clear.skip and not clear.passed
     assert pair.skip
 
 
 class TestShortLogs:
-    TEXT = f"{REST_MISSION}target: {{position: [0, 0]}}\nexpect: " + (
-        "[{contacts: none}, {contacts: none, before: 3}, {settled: 0.1, by: 3}, "
-        "{metric: radius_error_max, at_most: 0.01, after: 0.5, before: 2}]"
-    )
-
     def test_it_says_how_little_was_judged(self, compiled: None, tmp_path: Path) -> None:
-        judged = escort_mj.judge(resting(tmp_path, REST[:2]), parse_scenario(self.TEXT))
+        judged = escort_mj.judge(resting(tmp_path, REST[:2]), mission("rest", expect=MISSIONS["short"]))
         assert judged.message == "log of real robots: 0.1 s of log.csv, 2.5 % of the scenario's 4 s"
         assert [one.skip for one in judged.verdicts] == [
             "the log ends at 0.1 s of 4 s",
@@ -479,13 +409,14 @@ class TestShortLogs:
 
     def test_what_failed_before_the_end_failed(self, compiled: None, tmp_path: Path) -> None:
         rows = [f"{0.1 * k:.2f},{2 - 0.2 * k},0,-2,0" for k in range(11)]
-        found = escort_mj.judge(resting(tmp_path, rows), parse_scenario(self.TEXT)).verdicts
+        short = mission("rest", expect=MISSIONS["short"])
+        found = escort_mj.judge(resting(tmp_path, rows), short).verdicts
         held = [(bool(one.skip), one.passed) for one in found[1:]]
         assert held == [(False, False), (False, False), (True, True), (False, False)]
 
 
 def test_names_and_columns_that_are_taken(compiled: None, tmp_path: Path) -> None:
-    scenario = parse_scenario(f"{REST_MISSION}target: {{position: [0, 0]}}\n")
+    scenario = mission("rest")
     with pytest.raises(UsageError, match="robot_1 and robot_2 would both be robot_2 in the log"):
         escort_mj.judge(resting(tmp_path), scenario, names={"robot_1": "robot_2"})
     with pytest.raises(
@@ -500,8 +431,7 @@ def test_names_and_columns_that_are_taken(compiled: None, tmp_path: Path) -> Non
 def test_a_plugin_that_fails_in_a_log_fails_it(run: Run, tmp_path: Path) -> None:
     (tmp_path / "late.py").write_text(LATE)
     changes = {"mission.behaviors": ["vertices", {"behavior": "late"}], "expect": [{"contacts": "none"}]}
-    (tmp_path / "judged.yaml").write_text(MISSION)
-    scenario = escort_mj.load_scenario(tmp_path / "judged.yaml", changes, [str(tmp_path / "late.py")])
+    scenario = escort_mj.load_scenario(MISSIONS["judged"], changes, [str(tmp_path / "late.py")])
     judged = judged_of(positions(run), tmp_path, scenario)
     assert not judged.passed and judged.outcome is escort_mj.Outcome.FAILED
     assert "a plugin raised an error at 1.50 s" in judged.message and "too late" in judged.message
