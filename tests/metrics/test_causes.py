@@ -1,5 +1,6 @@
 """Causes of touches: one mission for each rule, and touches that no rule may explain."""
 
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -8,7 +9,7 @@ import pytest
 import escort_mj
 from escort_mj.metrics import METRICS
 from escort_mj.metrics.causes import CAUSES, _Scene, causes_of, some_velocity
-from escort_mj.mission import fly
+from escort_mj.mission import Flight, fly
 from escort_mj.scenario import parse_scenario
 from escort_mj.signals import EPISODE as COLUMNS
 from tests.control.test_conditions import slack
@@ -25,6 +26,7 @@ robots: {positions: [[0, 0]]}
 obstacles: [{name: rock, position: [3, 0]}]
 mission: {max_speed: 2, outer: OUTER, behaviors: [BEHAVIORS {behavior: goal, goals: [[6, 0]]}]}
 """
+BLIND = AT_A_ROCK.replace("OUTER", "nsb").replace("BEHAVIORS", "")
 AVOIDING = AT_A_ROCK.replace("OUTER", "set_based").replace(
     "BEHAVIORS", "{behavior: avoid_obstacles, safe_distance: 0.3},"
 )
@@ -89,9 +91,16 @@ def test_a_push_beyond_the_motors_is_a_cause(change: Any, force: Any, met: str, 
     assert (first.cause == "pushed") is cause
 
 
-def causes(text: str) -> list[str]:
+@cache
+def flown(text: str) -> Flight:
+    """A mission, flown once for all tests."""
     flight = fly(parse_scenario(HEAD + ("" if "duration" in text else "duration: 3\n") + text))
     assert flight.outcome.good
+    return flight
+
+
+def causes(text: str) -> list[str]:
+    flight = flown(text)
     found = causes_of(flight.recording)
     assert flight.measures["touches_unexplained"].value == sum(each.cause == "unexplained" for each in found)
     return [each.cause for each in found]
@@ -157,7 +166,7 @@ def test_who_is_pushed_into_another_is_pushed() -> None:
 @pytest.mark.parametrize(
     "text",
     [
-        AT_A_ROCK.replace("OUTER", "nsb").replace("BEHAVIORS", ""),
+        BLIND,
         STUBBORN,
         AVOIDING.replace("0.3}", "0.3, gain: printed}").replace(
             "set_based", "{loop: set_based, braking: 500}"
@@ -174,9 +183,7 @@ def test_defects_of_avoidance_stay_unexplained(text: str) -> None:
 @pytest.fixture(scope="module")
 def hit() -> Any:
     """A record of a robot that stays where a cart comes, though it could flee, and when they touch."""
-    flight = fly(parse_scenario(HEAD + STUBBORN))
-    assert flight.outcome.good
-    trace = flight.recording
+    trace = flown(STUBBORN).recording
     return trace, causes_of(trace)[0].time
 
 
@@ -204,8 +211,7 @@ def test_a_robot_whose_motors_give_all_on_a_clear_way_is_overtaxed(
 @pytest.fixture(scope="module")
 def crash() -> Any:
     """A record of a robot that flies into a rock at 2 m/s, and when they touch."""
-    text = HEAD + "duration: 3\n" + AT_A_ROCK.replace("OUTER", "nsb").replace("BEHAVIORS", "")
-    trace = fly(parse_scenario(text)).recording
+    trace = flown(BLIND).recording
     return trace, causes_of(trace)[0].time
 
 
@@ -273,7 +279,7 @@ def test_every_cause_says_its_rule() -> None:
 def test_a_robot_is_boxed_in_where_a_linear_program_finds_no_velocity(axes: int) -> None:
     """Drawn half planes that clearly leave a velocity, and those that clearly leave none."""
     random, found = np.random.default_rng(axes), []
-    for _ in range(200):
+    for _ in range(100):
         r = random.normal(size=(int(random.integers(1, 9)), axes))
         r /= np.linalg.norm(r, axis=1, keepdims=True)
         b, most = random.normal(scale=0.7, size=len(r)), float(random.uniform(0.5, 2.0))
@@ -281,15 +287,12 @@ def test_a_robot_is_boxed_in_where_a_linear_program_finds_no_velocity(axes: int)
         if abs(room) > 0.15 * most:  # a polyhedron fills less than the sphere
             assert some_velocity(r, b, most) == (room > 0.0), (r, b, most, room)
             found.append(room > 0.0)
-    assert 40 < sum(found) < len(found) - 40
+    assert 20 < sum(found) < len(found) - 20
 
 
-def test_a_rock_beside_the_way_boxes_nobody_in() -> None:
+def test_a_rock_beside_the_way_boxes_nobody_in(crash: Any) -> None:
     """One that flies into a rock without avoidance could have stopped: every sample leaves a velocity."""
-    flight = fly(
-        parse_scenario(HEAD + "duration: 3\n" + AT_A_ROCK.replace("OUTER", "nsb").replace("BEHAVIORS", ""))
-    )
-    scene = _Scene(flight.recording)
+    scene = _Scene(crash[0])
     assert not scene._boxed_in(0, slice(0, 100), 2.0, 100.0)
 
 

@@ -10,9 +10,15 @@ TIME = np.linspace(0.0, 4.0, 9)
 
 def recomputed_escaped(again):
     """Over a mission of `test_recomputed`."""
-    around = again.q - again.target[:, None]
-    inside = (row for row in reversed(range(again.steps)) if by_hand(around[row][again.alive[row]]) >= 0.0)
-    last = next(inside, -1)
+    around, seen, value, last = again.q - again.target[:, None], np.zeros((0, again.p)), 0.0, -1
+    for row in reversed(range(again.steps)):
+        points = around[row][again.alive[row]]
+        moved = np.linalg.norm(points - seen, axis=1).max() if len(points) == len(seen) else math.inf
+        if value + moved >= 0.0:  # a margin changes by no more than the largest motion of a point
+            value, seen = by_hand(points), points
+            if value >= 0.0:
+                last = row
+                break
     return math.inf if last == again.steps - 1 else float(again.time[last + 1])
 
 

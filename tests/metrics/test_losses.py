@@ -78,13 +78,6 @@ def test_no_ratio_without_a_least_energy_or_another_robot(bereaved, make_trace) 
     assert measure("energy_ratio", pair, after=5.0).reason == "a single robot is left"
 
 
-def test_a_lost_robot_has_no_radius_error(bereaved) -> None:
-    trace = bereaved()
-    assert measure("radius_error_max", trace).value < 1e-12
-    assert measure("radius_error_mean", trace).value < 1e-12
-    assert measure("settling_time", trace).value == 0.0
-
-
 def test_an_error_before_the_loss_counts(bereaved) -> None:
     e = np.zeros((501, 4, 2))
     e[~AFTER, 2] = [0.3, 0.4]

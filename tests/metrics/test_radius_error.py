@@ -9,24 +9,12 @@ from tests.metrics.motions import RADIUS, TIME, ring, steps
 
 
 class TestRadius:
-    def test_a_circle_with_an_offset(self, make_trace):
-        trace = make_trace(TIME, robots=4, q=ring(4, RADIUS + 0.25, (3.0, -1.0)), target_position=(3.0, -1.0))
-        assert measure("radius_error_mean", trace).value == pytest.approx(0.25, abs=1e-12)
-        assert measure("radius_error_max", trace).value == pytest.approx(0.25, abs=1e-12)
-
     def test_inside_counts_as_much_as_outside(self, make_trace):
         radii = RADIUS + np.array([-0.3, 0.1])
         trace = make_trace(TIME, robots=2, q=ring(2, radii))
         assert measure("radius_error_mean", trace).value == pytest.approx(0.2)
         found = measure("radius_error_max", trace)
         assert (found.value, found.who) == (pytest.approx(0.3), "robot 1")
-
-    def test_the_target_may_move_and_the_true_position_counts(self, make_trace):
-        target = np.stack([TIME, np.sin(TIME)], axis=1)
-        trace = make_trace(
-            TIME, robots=3, q=ring(3) + target[:, None], q_measured=1e6, target_position=target
-        )
-        assert measure("radius_error_max", trace).value < 1e-12
 
     def test_the_largest_has_a_moment_and_a_robot(self, make_trace):
         radii = np.full((501, 3), RADIUS)
@@ -35,21 +23,16 @@ class TestRadius:
         assert found.value == pytest.approx(0.7)
         assert (found.time, found.who) == (TIME[123], "robot 3")
 
-    def test_in_space(self, make_trace):
-        trace = make_trace([0.0, 1.0], axes=3, q=(6.0 / math.sqrt(3.0),) * 3)
-        assert measure("radius_error_max", trace).value == pytest.approx(1.0)
-
 
 class TestSettling:
-    @pytest.mark.parametrize("decay", [0.5, 1.0, 2.0])
-    def test_a_decaying_sine(self, make_trace, decay):
+    def test_a_decaying_sine(self, make_trace):
         time = np.linspace(0.0, 20.0, 20001)
-        error = 2.0 * np.exp(-decay * time) * np.sin(7.0 * time)
+        error = 2.0 * np.exp(-time) * np.sin(7.0 * time)
         trace = make_trace(time, q=ring(1, RADIUS + error[:, None], time=time))
         found = measure("settling_time", trace)
         outside = np.abs(error) > 0.05 * RADIUS
         assert found.value == pytest.approx(time[outside][-1] + 1e-3, abs=1e-9)
-        assert found.value <= math.log(2.0 / 0.25) / decay + 2e-3  # the sine's envelope
+        assert found.value <= math.log(2.0 / 0.25) + 2e-3  # the sine's envelope
         assert found.who == "robot 1"
 
     def test_the_last_robot_decides(self, make_trace):

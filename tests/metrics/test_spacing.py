@@ -1,22 +1,12 @@
-import math
-
 import numpy as np
 import pytest
 
 from escort_mj.measuring import measure
 from escort_mj.metrics.spacing import SHAPELESS
-from tests.metrics.motions import RADIUS, TIME, ring
+from tests.metrics.motions import TIME
 
 
 class TestSpacing:
-    @pytest.mark.parametrize("robots", [3, 5, 8])
-    def test_an_even_ring_has_none(self, make_trace, robots):
-        pairs = [[i + 1, (i + 1) % robots + 1] for i in range(robots)]
-        edge = 2.0 * RADIUS * math.sin(math.pi / robots)
-        about = {"neighbors": pairs, "spacing": edge}
-        trace = make_trace(TIME, robots=robots, q=ring(robots), about=about)
-        assert measure("spacing_error_max", trace).value < 1e-12
-
     def test_a_displaced_robot(self, make_trace):
         q = np.zeros((501, 3, 2))
         q[:, :, 0] = [0.0, 2.0, 4.0]
