@@ -15,31 +15,10 @@ from escort_mj import Run
 from escort_mj.errors import ScenarioError, UsageError
 from escort_mj.mission.batch import in_threads
 from escort_mj.world.plant import Plant
+from tests.corpus import missions
 
 SHORT = ["duration=2", "expect=[]"]
-MISSIONS: dict[str, tuple[str, list[str]]] = {
-    "plane, obstacles, noise": ("main", SHORT),
-    "another seed": ("main", [*SHORT, "seed=7"]),
-    "other gains and masses": ("main", [*SHORT, "controller.slope=5", "robots.mass=2", "robots.count=3"]),
-    "space": ("paper/case3_3d_obstacle", SHORT),
-    "four axes": ("sixteen_cell", SHORT),
-    "touches": ("faults/collision", []),
-    "diverges": ("faults/blown_away", []),
-    "unstable": ("main", [*SHORT, "robots.mass=1e-6", "robots.force_limit=1e6"]),
-    "quadrotors": ("robots/quadrotor", SHORT),
-    "mixed": ("robots/mixed", SHORT),
-    "shapes that push": ("worlds/pushed", SHORT),
-    "loses a robot": ("one_of_six_fails", ["expect=[]", "duration=6", "robots.failures[0].at=3"]),
-    "teams": (
-        "pursuit/handover",
-        [*SHORT, "robots.failures[0].at=1", "teams[1].demand[1].after=0.5", "teams[0].demand[1].after=1"],
-    ),
-    "laws of teams": ("pursuit/two_laws", [*SHORT, "teams[0].demand[1].after=0.5"]),
-    "teams and opponents": ("pursuit/raid", [*SHORT, "opponents[0].start=0", "opponents[0].distance=10"]),
-    "targets that change teams": ("pursuit/merge", ["expect=[]", "duration=31"]),
-    "follow": ("pursuit/column", SHORT),
-    "truth": ("truth", SHORT),
-}
+MISSIONS = missions(__file__)
 
 
 def digest(run: Run) -> str:
@@ -59,7 +38,10 @@ def told(run: Run) -> Any:
 
 @pytest.fixture(scope="module")
 def scenarios(compiled: None) -> list[escort_mj.Scenario]:
-    return [escort_mj.load_scenario(name, overrides) for name, overrides in MISSIONS.values()]
+    return [
+        escort_mj.load_scenario(one["of"], ([] if "whole" in one else SHORT) + one.get("set", []))
+        for one in MISSIONS.values()
+    ]
 
 
 @pytest.fixture(scope="module")

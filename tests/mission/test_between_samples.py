@@ -1,7 +1,6 @@
 """The same verdicts at any rate of recording: expectations judge every physics step."""
 
 import re
-from itertools import cycle
 
 import numpy as np
 import pytest
@@ -11,46 +10,10 @@ from escort_mj.metrics import METRIC_NAMES
 from escort_mj.metrics.tracking import TRACKED
 from escort_mj.mission import fly
 from escort_mj.recognize import scenario_names, scenarios_folder
-from escort_mj.world.callback import native_loop
-from escort_mj.world.model.build import build
-from escort_mj.world.plant import Plant
+from tests.corpus import missions
 
-MOMENT = {"position": ["3*exp(-400*(t-7.5)**2)", "0"]}  # for a tenth of a second the target is elsewhere
-JUMPING = Scenario(
-    duration=10.0, target=MOMENT, robots={"count": 4},
-    mission={"radius": 4.0, "max_speed": 1.0, "target_feedforward": False},
-    expect=(
-        {"settled": 0.3, "by": 6.0},
-        {"metric": "radius_error_max", "at_most": 0.3, "after": 6.0},
-        {"metric": "radius_error_mean", "at_most": 0.3, "after": 6.0, "before": 9.0},
-        {"metric": "hull_margin", "at_least": 2.0, "after": 6.0},
-        {"metric": "largest_gap", "at_most": 1.9, "after": 6.0},
-        {"metric": "escaped", "at_least": 1.0},
-        {"metric": "settling_time", "at_most": 6.0},
-        {"metric": "energy_ratio", "at_most": 1.1, "after": 6.0},
-        {"metric": "spacing_error_max", "at_most": 0.5, "after": 6.0},
-        {"metric": "tracking_error_rms", "at_most": 0.5},
-        {"clearance": ["robots", "target"], "at_least": 2.0},
-        {"metric": "robot_clearance_min", "at_least": 0.1},
-        {"metric": "robot_distance_min", "at_least": 0.1},
-    ),
-)  # fmt: skip
-WAYS = Scenario(
-    duration=8.0, target=None, robots={"positions": [[0.0, 0.0], [3.0, 0.0]]},
-    mission={"behaviors": [{"behavior": "goal", "goals": [[2.0, 0.2], [5.0, 0.0]]}]},
-    sensing={"radius": {"robots": 2.601}},
-    expect=(
-        {"metric": "order", "at_least": 0.5},
-        {"metric": "union", "at_least": 0.5},
-        {"metric": "connectivity", "at_least": 0.5},
-        {"metric": "safety_agents", "at_least": 0.5},
-        {"reached": 0.1, "by": 6.0},
-        {"metric": "arrival_time", "at_most": 6.0},
-        {"metric": "goal_distance_max", "at_most": 1.0, "after": 1.0},
-    ),
-)  # fmt: skip
-
-
+MISSIONS = missions(__file__)
+JUMPING, WAYS = (Scenario(**MISSIONS[name]) for name in ("jumping", "ways"))
 PLAIN = '''
 from escort_mj.plugins import Expectation, Judgment
 
@@ -111,32 +74,10 @@ def test_a_run_diverges_at_any_rate(compiled, leap, held):
         assert_equal(verdicts(scenario, rate), reference)
 
 
-UNSTABLE = {
-    "controller": {"law": "pd", "anti_windup": False, "proportional_gain": 1e9, "derivative_gain": 1e9},
-    "robots": {"count": 4, "force_limit": None},
-}
-BLOWN = {
-    "robots": {"positions": [[5, 0], [-5, 0]], "force_limit": 5.0},
-    "mission": {"radius": 5.0, "behaviors": ["surface"]},
-    "uncertainty": {"disturbance": [0, 40]},
-}
-
-
 @pytest.mark.slow_cases("diverged")
-@pytest.mark.parametrize(("broken", "end"), [(UNSTABLE, 0.002), (BLOWN, 1.688)], ids=["unstable", "diverged"])
-def test_a_run_breaks_off_in_the_same_step_at_any_rate(compiled, broken, end):
-    expect = (
-        {"contacts": "none"},
-        {"contacts": "none", "before": 1.85},
-        {"clearance": ["robots", "robots"], "at_least": 1.0},
-        {"metric": "radius_error_max", "at_most": 45.3},
-        {"metric": "radius_error_mean", "at_most": 13.4, "after": 0.3},
-        {"metric": "kinetic_energy_max", "at_most": 3500.0},
-        {"metric": "force_rms", "at_most": 5.0},
-        {"metric": "force_rms", "at_most": 5.0, "over": "tail"},
-        {"sanity": ["finite", "warnings"]},
-    )
-    scenario = Scenario(duration=60.0, expect=expect, **broken)
+@pytest.mark.parametrize(("name", "end"), [("unstable", 0.002), ("diverged", 1.688)])
+def test_a_run_breaks_off_in_the_same_step_at_any_rate(compiled, name, end):
+    scenario = Scenario(**MISSIONS[name], expect=MISSIONS["broken off"])
     reference = verdicts(scenario, 500)
     for rate in (1, 10, 50):
         assert_equal(verdicts(scenario, rate), reference)
@@ -252,13 +193,7 @@ def test_tracking_errors_name_robots_that_they_leave_out(compiled):
 
 
 def test_the_first_opponent_that_comes_through_is_the_same(compiled):
-    places = [[8.02, 0.0], [0.0, 8.01], [-8.0, 0.0]]
-    scenario = Scenario(
-        duration=6.0, target={"radius": 0.3}, robots={"positions": [[9.0, 9.0]], "force_limit": 1e-6},
-        mission={"radius": 12.0, "behaviors": ["surface"]},
-        opponents=[{"count": 3, "positions": places, "policy": {"policy": "straight", "speed": 2.0}}],
-        expect=({"metric": "opponents_breached", "at_most": 0},),
-    )  # fmt: skip
+    scenario = Scenario(**MISSIONS["breached"])
     found = {rate: fly(scenario.replace({"recording.rate": rate})).verdicts[1] for rate in (1, 10, 500)}
     assert len({(one.value, one.who, one.time) for one in found.values()}) == 1
     assert found[1].who == "opponent_3" and "then opponent_1 by 4.00 s" in found[1].message
@@ -274,12 +209,7 @@ def test_so_does_what_a_plugin_judges_without_a_value(compiled, tmp_path):
 
 
 def test_a_radius_that_grows_is_the_one_to_keep(compiled):
-    growing = Scenario(
-        duration=8.0, robots={"count": 5},
-        mission={"radius": 3.0, "behaviors": ["vertices", {"behavior": "surface", "radius": "3 + 0.1*t"}]},
-        expect=({"settled": 0.01, "by": 7.0}, {"metric": "spacing_error_max", "at_most": 0.2, "after": 7.0}),
-    )  # fmt: skip
-    run = fly(growing)
+    run = fly(Scenario(**MISSIONS["growing"]))
     assert run.passed
     assert np.allclose(run.trace["kept_radius"].values, (3.0 + 0.1 * run.trace["time"].values)[:, None])
 
@@ -312,23 +242,3 @@ def test_shipped_scenarios_have_the_same_verdicts_at_four_rates(compiled, name):
     reference = verdicts(scenario.replace({"recording.truth": False}), every)
     for rate in (1, 10, 50):
         assert_equal(verdicts(scenario.replace({"recording.truth": False}), rate), reference)
-
-
-def test_bits_do_not_depend_on_how_many_steps_are_taken_at_once(compiled: None) -> None:
-    """MuJoCo is asked for as many as an eye on interrupts allows: that is a matter of time."""
-    world = build(JUMPING)
-    assert world.mission.watches
-    found = []
-    with native_loop(world):
-        for sizes in ([100], [1, 2, 3, 5, 7, 11, 13], [24, 26, 1], [7]):
-            plant = Plant(world)
-            for turn in cycle(sizes):
-                plant.step(min(turn, 1000 - plant.steps))
-                if turn == 7:  # between two samples, too, a moment holds all
-                    mark = plant.mark()
-                    plant.step(40)
-                    plant.back_to(mark)
-                if plant.steps == 1000:
-                    break
-            found.append(plant.record.tobytes())
-    assert len(set(found)) == 1

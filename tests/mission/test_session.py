@@ -187,10 +187,22 @@ def scenario(**changes: Any) -> Any:
     return escort_mj.load_scenario("main", {"duration": 2.0, "expect": []} | changes)
 
 
+@cache
+def made(name: str, number: int = 0) -> Any:
+    """A mission driven in a way, that all tests drive on."""
+    return WAYS[name].make(scenario())
+
+
+@cache
+def foreign() -> list[Any]:
+    """Moments of missions that nobody commands."""
+    return [each(scenario()).snapshot() for each in (escort_mj.start, escort_mj.Controller)]
+
+
 @pytest.mark.parametrize("name", WAYS)
 def test_a_moment_comes_back_here_and_in_another_object(name: str) -> None:
     way = WAYS[name]
-    driven, other = way.make(scenario()), way.make(scenario())
+    driven, other = made(name), made(name, 1)
     way.drive(driven, WISH)
     then = way.session(driven).snapshot()
     first = way.drive(driven, -WISH)
@@ -202,8 +214,7 @@ def test_a_moment_comes_back_here_and_in_another_object(name: str) -> None:
 
 @pytest.mark.parametrize("name", [name for name in WAYS if name != "LiveLog"])
 def test_a_command_is_followed_and_a_push_is_felt(name: str) -> None:
-    way = WAYS[name]
-    driven = way.make(scenario())
+    way, driven = WAYS[name], made(name)
     way.drive(driven, WISH)
     then = way.session(driven).snapshot()
     gone = way.drive(driven, WISH)
@@ -228,13 +239,11 @@ def test_a_command_is_followed_and_a_push_is_felt(name: str) -> None:
 @pytest.mark.parametrize("name", WAYS)
 def test_moments_of_other_missions_are_refused(name: str) -> None:
     way = WAYS[name]
-    driven, other = way.make(scenario()), way.make(scenario(**{"mission.radius": 3.5}))
+    driven, other = made(name), way.make(scenario(**{"mission.radius": 3.5}))
     way.drive(driven, WISH)
     way.drive(other, WISH)
     then = way.session(driven).snapshot()
-    foreign = [way.session(other).snapshot(), escort_mj.start(scenario()).snapshot()]
-    foreign += [escort_mj.Controller(scenario()).snapshot()]
-    for each in foreign:
+    for each in (way.session(other).snapshot(), *foreign()):
         with pytest.raises(UsageError, match="^snapshot: "):
             way.session(driven).restore(each)
     going_on = way.drive(driven, WISH)

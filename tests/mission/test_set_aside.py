@@ -15,19 +15,10 @@ from escort_mj.mission.session import Session
 from escort_mj.record.outcome import Outcome
 from escort_mj.world.callback import native_loop
 from escort_mj.world.watcher import Watcher
+from tests.corpus import missions
 from tests.mission.test_between_samples import JUMPING, LEAP
 
-ASKED: list[dict[str, Any]] = [
-    {"settled": 0.3, "by": 1.0},
-    {"metric": "radius_error_max", "at_most": 0.3},
-    {"metric": "radius_error_mean", "at_most": 0.3, "after": 0.5, "before": 1.1},
-    {"metric": "hull_margin", "at_least": 2.0},
-    {"metric": "largest_gap", "at_most": 1.9, "after": 0.333},
-    {"metric": "settling_time", "at_most": 1.0},
-    {"metric": "spacing_error_max", "at_most": 0.5},
-    {"metric": "tracking_error_rms", "at_most": 0.5},
-    {"metric": "robot_distance_min", "at_least": 0.1},
-]
+ASKED = missions(__file__)["asked"]
 SHORT = JUMPING.replace(duration=1.6, expect=ASKED)
 CROWD = SHORT.replace(
     {"recording.rate": 5},
@@ -52,12 +43,19 @@ def bits(flight: Flight | Any) -> dict[str, Any]:
     return found | {"verdicts": [one.message for one in flight.verdicts], "outcome": flight.outcome.value}
 
 
-def stepped(mission: Any, pattern: list[float | None], look: bool) -> None:
-    """Step a mission to its end, looking at its samples after each step, or never."""
+def stepped(mission: Any, pattern: list[float | None], look: bool, back: bool = False) -> None:
+    """Step a mission to its end, looking at its samples after each step, or never.
+
+    With `back`, it goes on from each moment twice.
+    """
     for seconds in cycle(pattern):
         if mission.outcome is not Outcome.RUNNING:
             return
         mission.step(seconds)
+        if back and mission.outcome is Outcome.RUNNING:
+            then = mission.snapshot()
+            mission.step(0.08)
+            mission.restore(then)
         if look:
             assert not np.isnan(mission.samples).any()
 
@@ -87,7 +85,7 @@ def test_any_pattern_of_calls_gives_the_bits_of_a_run(name: str, pattern: str) -
     whole = bits(fly(scenario))
     for look in (False, True):
         mission = escort_mj.start(scenario)
-        stepped(mission, PATTERNS[pattern], look)
+        stepped(mission, PATTERNS[pattern], look, back=pattern == "mixed")
         assert bits(mission.run()) == whole
 
 
