@@ -1,7 +1,7 @@
 """All that expectations ask about steps has the same bits in blocks of any length."""
 
 from functools import lru_cache
-from typing import Any
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,20 +14,9 @@ from escort_mj.mission import fly
 from escort_mj.scenario.kinds import KINDS
 from escort_mj.world.model.build import build
 from escort_mj.world.watcher import Watcher
+from tests.corpus import read
 
-TEAM = {"count": 12, "placement": {"within": 9, "least_gap": 1}}
-MISSIONS: dict[str, tuple[str, dict[str, Any]]] = {
-    "knowledge": ("knowledge/lossy", {"robots": TEAM, "mission.radius": 6}),
-    "opponents": ("pursuit/intruders", {"robots": TEAM | {"force_limit": 50}, "mission.radius": 6}),
-    "goals": ("goals/swap", {"robots": TEAM | {"radius": 0.2}, "mission.max_speed": 1}),
-    "space": (
-        "paper/case1_3d",
-        {
-            "robots": TEAM | {"tethers": [{"between": [1, 2], "length": 4}]},
-            "mission": {"radius": 6, "behaviors": ["vertices", "surface"]},
-        },
-    ),
-}
+MISSIONS = read(Path(__file__).with_name("blocks.yaml"))
 EACH = {m.name: {"metric": m.name, "at_least": max(m.least, 0.0) + 0.1} for m in KINDS[Metric] if m.watches}
 BESIDE = ({"clearance": ["robots", "robots"], "at_least": 0.0}, {"settled": 0.3, "by": 0.2})
 
@@ -35,8 +24,8 @@ BESIDE = ({"clearance": ["robots", "robots"], "at_least": 0.0}, {"settled": 0.3,
 @lru_cache
 def asking(name: str) -> Scenario:
     """A short mission of many robots that asks all it can about every step."""
-    source, more = MISSIONS[name]
-    plain = load_scenario(source, more | {"duration": 0.4, "expect": [], "seed": 5})
+    mission = MISSIONS[name]
+    plain = load_scenario(mission["of"], mission["set"] | {"duration": 0.4, "expect": [], "seed": 5})
     asked = list(BESIDE) if plain.target is not None else [{"reached": 0.3, "by": 0.2}]
     for each in EACH.values():
         try:

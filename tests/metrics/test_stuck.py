@@ -1,6 +1,7 @@
 """Who is held up at the end: on synthetic ways, and in missions, each held up by something else."""
 
 import re
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,22 +11,13 @@ from escort_mj.api.runs import Run
 from escort_mj.judging.judge import judge_log
 from escort_mj.measuring import measure
 from escort_mj.mission import fly
+from tests.corpus import read
 from tests.metrics.motions import TIME
 from tests.metrics.test_arrival import _heads, _there
 
 GOALS = {"behavior": "goal", "goals": [[8.0, 0.0], [8.0, 4.0]]}
-AVOID = {"behavior": "avoid_obstacles", "safe_distance": 0.5}
-BLOCKED = Scenario(
-    duration=25.0, target=None, robots={"positions": [[0.0, 0.0], [0.0, 4.0]]},
-    obstacles=[{"shape": "box", "position": [3.0, 0.0], "size": [1.0, 2.0], "name": "rock"}],
-    mission={"max_speed": 1.0, "behaviors": [AVOID, GOALS]},
-    expect=({"metric": "stuck", "at_most": 0},),
-)  # fmt: skip
-AROUND = Scenario(
-    duration=20.0, target={"position": [0.0, 0.0]}, robots={"positions": [[8.0, 0.0], [-8.0, 0.0]]},
-    obstacles=[{"shape": "box", "position": [5.0, 0.0], "size": [0.5, 6.0], "name": "gate"}],
-    mission={"radius": 3.0, "max_speed": 1.0, "behaviors": [AVOID, "surface"]},
-)  # fmt: skip
+MISSIONS = read(Path(__file__).with_name("stuck.yaml"))
+BLOCKED, AROUND, SPACE = (Scenario(**MISSIONS[name]) for name in ("blocked", "around", "space"))
 
 
 ROCK = r"held up: robot 1 at \(1\.3, -?[01](\.\d+)?\) m, 0\.5 m from rock"
@@ -71,14 +63,8 @@ def test_what_holds_up_is_what_keeps_its_distance_and_not_the_nearest_body(compi
 
 
 def test_in_space(compiled: None) -> None:
-    goals = {"behavior": "goal", "goals": [[4.0, 0.0, 1.0]]}
-    slab = {"shape": "box", "position": [2.0, 0.0, 1.0], "size": [0.5, 3.0, 3.0], "name": "slab"}
-    space = Scenario(
-        axes=3, duration=20.0, target=None, robots={"positions": [[0.0, 0.0, 1.0]]}, obstacles=[slab],
-        mission={"max_speed": 1.0, "behaviors": [AVOID, goals]},
-    )  # fmt: skip
-    assert re.fullmatch(r"held up: robot 1 at \(0\.8, \S+, \S+\) m, 0\.5 m from slab", said(space))
-    words = said(space, mission__behaviors=(goals,))
+    assert re.fullmatch(r"held up: robot 1 at \(0\.8, \S+, \S+\) m, 0\.5 m from slab", said(SPACE))
+    words = said(SPACE, mission__behaviors=SPACE.mission.behaviors[1:])
     assert re.fullmatch(r"held up: robot 1 at \(1\.3, \S+, \S+\) m, touching slab", words)
 
 
