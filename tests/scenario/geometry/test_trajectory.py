@@ -3,27 +3,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from escort_mj.native.compiler.declarations import jitted
-from escort_mj.numerics.program import STACK_DEPTH, evaluate_program
 from escort_mj.scenario import Scenario, Trajectory, disturbance_trajectory, parse_scenario, target_trajectory
-
-
-@jitted
-def compiled_evaluate(code, first, count, table, t, stack):
-    return evaluate_program(code, first, count, table, t, stack)
+from tests.scenario.machine import evaluated
 
 
 def by_machine(trajectory: Trajectory, t: float) -> tuple[np.ndarray, np.ndarray]:
     """Position and velocity from the compiled stack machine."""
     code, spans, table = trajectory.programs()
-    stack = np.empty(2 * STACK_DEPTH)
-    pairs = [compiled_evaluate(code, first, count, table, t, stack) for first, count in spans.tolist()]
+    pairs = [evaluated(code, table, t, first, count) for first, count in spans.tolist()]
     return np.array(pairs)[:, 0], np.array(pairs)[:, 1]
-
-
-@pytest.fixture(scope="module", autouse=True)
-def _compiled() -> None:
-    by_machine(through(POINTS, "smooth"), 0.0)
 
 
 def through(points: list[tuple[float, list[float]]], interpolation: str) -> Trajectory:

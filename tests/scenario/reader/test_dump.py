@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from escort_mj.components.parameters import Parameters
 from escort_mj.errors import ScenarioError
 from escort_mj.recognize import scenarios_in
-from escort_mj.scenario import Scenario, dump_scenario, json_schema, load_file, parse_scenario
+from escort_mj.scenario import Scenario, dump_scenario, load_file, parse_scenario
 from escort_mj.scenario.kinds import NAME_KEYS
 from escort_mj.scenario.reader.document import SMALLEST, read_document
 from escort_mj.scenario.reader.dump import flow, short_dump
@@ -125,11 +125,6 @@ def test_it_is_complete_and_easy_to_read():
 def test_values_in_one_line(value: object, text: str):
     assert flow(value) == text
     assert read_document(text, "text").data == value
-
-
-@pytest.fixture(scope="module")
-def schema():
-    return json_schema()
 
 
 def test_the_schema_in_the_repository_is_current(schema):

@@ -1,9 +1,11 @@
 """`gains: auto`: numbers in the scenario that is read, and what is wrong with it."""
 
+from typing import Any
+
 import jsonschema
 import pytest
 
-from escort_mj.scenario import dump_scenario, json_schema, parse_scenario
+from escort_mj.scenario import dump_scenario, parse_scenario
 from escort_mj.scenario.geometry.team_gains import proposal
 
 TEXT = "robots: {actuators: {lag: 0.1}}\ncontroller: {law: pd_smc, gains: auto, boundary_layer: 0.3}\n"
@@ -65,8 +67,8 @@ def test_where_robots_change_over_gains_fit_all() -> None:
     assert scenario.teams[1].controller.derivative_gain == 50.0
 
 
-def test_editors_know_it() -> None:
-    editor = jsonschema.Draft202012Validator(json_schema())
+def test_editors_know_it(schema: dict[str, Any]) -> None:
+    editor = jsonschema.Draft202012Validator(schema)
     assert editor.is_valid({"controller": {"law": "asmc", "gains": "auto"}})
     for wrong in ({"law": "asmc", "gains": "fast"}, {"law": "super_twisting", "gains": "auto"}):
         assert not editor.is_valid({"controller": wrong})

@@ -7,28 +7,18 @@ from hypothesis import given
 from hypothesis import strategies as st
 from ruamel.yaml import YAML
 
-from escort_mj.native.compiler.declarations import jitted
-from escort_mj.numerics.program import STACK_DEPTH, Op, evaluate_program
+from escort_mj.numerics.program import Op
 from escort_mj.scenario import Expression, ExpressionError
 from escort_mj.scenario.schema.grammar import MAX_LENGTH, MAX_NESTING, MAX_NODES
+from tests.scenario.machine import evaluated
 
 NO_TABLE = np.empty((0, 5))
-
-
-@jitted
-def compiled_evaluate(code, first, count, table, t, stack):
-    return evaluate_program(code, first, count, table, t, stack)
 
 
 def by_machine(expression: Expression, t: float) -> tuple[float, float]:
     """Value and rate from the compiled stack machine."""
     code = np.array(expression.instructions(), dtype=np.float64)
-    return compiled_evaluate(code, 0, len(code), NO_TABLE, t, np.empty(2 * STACK_DEPTH))
-
-
-@pytest.fixture(scope="module", autouse=True)
-def _compiled() -> None:
-    by_machine(Expression("t + sin(t)"), 0.0)
+    return evaluated(code, NO_TABLE, t, 0, len(code))
 
 
 def opcodes(source: str) -> list[Op]:

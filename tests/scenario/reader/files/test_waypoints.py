@@ -61,11 +61,6 @@ def test_wrong_tables(tmp_path: Path, case: dict[str, str]) -> None:
     assert (fault.key, fault.line) == ("target.waypoints", 4)
 
 
-def test_as_many_waypoints_as_there_may_be(tmp_path: Path) -> None:
-    most = "".join(f"{line},0,0\n" for line in range(10_000))
-    assert len(load_file(scenario(tmp_path, most)).target.waypoints) == 10_000
-
-
 def test_what_is_in_a_table_is_checked_like_a_list(tmp_path: Path) -> None:
     with pytest.raises(ScenarioError, match="waypoints are in order of time"):
         load_file(scenario(tmp_path, "10,0,0\n0,3,1\n"))
