@@ -1,7 +1,6 @@
 """Missions of more than three axes: a robot is several bodies, and one of p axes to the law."""
 
 import itertools
-import threading
 
 import mujoco
 import numpy as np
@@ -103,21 +102,6 @@ def test_stages_stand_apart(world: World) -> None:
         assert right + 5.0 < left  # at least the mission's radius
 
 
-@pytest.mark.parametrize("axes", [4, 5])
-def test_a_constant_force_accelerates_along_its_axis(axes: int, drifting, record_steps) -> None:
-    """Semi-implicit Euler from rest: v = k h F/m, q - q0 = h^2 F/m k (k + 1) / 2 after k."""
-    force = [0.1 * (k + 1) * (-1) ** k for k in range(axes)]
-    keys = mission(axes, uncertainty={"disturbance": force})
-    world = drifting(keys.pop("robots") | {"force_limit": 1e-12, "overrides": [{"robot": 2, "mass": 2.5}]},
-                     **{key: value for key, value in keys.items() if key != "target"})  # fmt: skip
-    record = record_steps(world, 400)
-    steps, h = np.arange(400)[:, None, None], 0.002
-    acceleration = np.array(force) / np.array([1.0, 2.5, 1.0])[:, None]
-    np.testing.assert_allclose(record["v"], steps * h * acceleration, rtol=0.0, atol=1e-10)
-    moved = record["q"] - world.team.position
-    np.testing.assert_allclose(moved, h * h * acceleration * steps * (steps + 1) / 2, rtol=0.0, atol=1e-10)
-
-
 def test_touch_is_judged_in_all_axes(drifting, record_steps) -> None:
     """Bodies on each other in x, y, z and apart in x4 do not touch; MuJoCo itself finds no contact at all."""
     apart = [[0, 0, 0, 3], [0, 0, 0, 3.5], [5, 0, 0, -3], [1000, 1000, 1000, 1001]]
@@ -172,60 +156,3 @@ def test_the_targets_bodies_go_where_the_law_has_it(world: World) -> None:
         expected = np.zeros(3)
         expected[directions[len(axes)]] = [1.0 + axis for axis in axes]
         np.testing.assert_allclose(moved[stage], expected * plant.data.time, rtol=1e-12)
-
-
-def bits(plant: Plant) -> bytes:
-    return plant.data.qpos.tobytes() + plant.data.qvel.tobytes() + plant.data.userdata.tobytes()
-
-
-NOISY = {"sensing": {"position": {"noise": 0.02}, "velocity": {"noise": 0.01}}}
-
-
-def test_the_same_bits_in_any_way_of_stepping(make_world) -> None:
-    world = make_world(**mission(5, **NOISY))
-    with native_loop(world):
-        whole, single = Plant(world), Plant(world)
-        whole.step(600)
-        for _ in range(600):
-            mujoco.mj_forward(world.model, single.data)
-            single.step(1)
-    assert bits(whole) == bits(single)
-    assert np.abs(whole.state.e).max() > 0.0
-
-
-def test_a_plane_and_four_axes_in_threads(make_world) -> None:
-    """Models of different classes of axes, stepped at once, repeat what each does by itself."""
-    worlds = [make_world(**mission(4, **NOISY)), make_world(seed=4, **NOISY)]
-    alone = []
-    for world in worlds:
-        with native_loop(world):
-            plant = Plant(world)
-            plant.step(1000)
-            alone.append(bits(plant))
-    found: dict[int, bytes] = {}
-
-    def run(index: int) -> None:
-        world = worlds[index % 2]
-        with native_loop(world):
-            plant = Plant(world)
-            for _ in range(20):
-                plant.step(50)
-        found[index] = bits(plant)
-
-    threads = [threading.Thread(target=run, args=(index,)) for index in range(4)]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
-    assert [found[index] for index in range(4)] == alone * 2
-    assert mujoco.get_mjcb_control() is None
-
-
-def test_the_exported_model_is_the_same_world(make_world) -> None:
-    world = make_world(**mission(7, **NOISY))
-    again = mujoco.MjModel.from_xml_string(world.xml)
-    with native_loop(world):
-        plant, data = Plant(world), mujoco.MjData(again)
-        plant.step(200)
-        mujoco.mj_step(again, data, nstep=200)
-    assert data.userdata.tobytes() == plant.data.userdata.tobytes()

@@ -10,23 +10,7 @@ from escort_mj.robots.modeled import known
 from escort_mj.scenario.reader.load import load_file
 from tests.corpus import missions
 
-ROBOT = """\
-<mujoco>{assets}
-  <worldbody>
-    <site name="hook" pos="0 0 2"/>
-    <body name="base" pos="0 0 0.1">
-      <joint type="slide" axis="1 0 0" name="x"/><joint type="slide" axis="0 1 0" name="y"/>
-      <geom type="box" size="0.1 0.1 0.1"/><site name="top"/>{inside}
-    </body>
-    <body name="parcel" pos="0 0 0.3"><freejoint/><geom size="0.05"/><site name="ring"/>
-      <body name="lid" pos="0 0 0.1"><joint name="hinge"/><geom size="0.01"/></body></body>
-    <body name="x" pos="0 0 1"><freejoint/><geom size="0.1"/></body>
-    <body name="hand" mocap="true"/>
-  </worldbody>
-  <actuator><motor joint="x" ctrlrange="-9 9"/><motor joint="y" ctrlrange="-9 9"/></actuator>
-  {rest}
-</mujoco>
-"""
+ROBOT = Path(__file__).with_name("coupled.xml").read_text()
 PARCEL, BALL = "parcel (0.5278 kg)", "x (4.189 kg)"
 MISSIONS = missions(__file__)
 TENDONS = {

@@ -1,20 +1,13 @@
 """Robots whose motors fail, in physics: what they still do, and what the others make of it."""
 
-from pathlib import Path
-
-import mujoco
 import numpy as np
 import pytest
 
 from escort_mj.mission import fly
 from escort_mj.record.outcome import Outcome
-from escort_mj.scenario import load_file
 from escort_mj.scenario.schema.scenario import Scenario
-from escort_mj.world.callback import native_loop
-from escort_mj.world.plant import Plant
 from tests.corpus import missions
 
-SCENARIO = Path(__file__).parents[2] / "scenarios" / "one_of_six_fails.yaml"
 MISSIONS = missions(__file__)
 
 
@@ -101,28 +94,3 @@ def test_a_lost_robot_may_drift_wherever_it_will(compiled: None) -> None:
     offset = run.trace["q"].values[-1] - run.trace["target_position"].values[-1]
     assert np.linalg.norm(offset[1]) > 1000.0
     assert np.linalg.norm(offset[[0, 2, 3, 4]], axis=1).max() < 3.1
-
-
-def test_failures_repeat_to_the_bit(make_world) -> None:
-    failures = (
-        {"robot": 2, "at": 0.2, "kind": "mad"},
-        {"robot": 3, "at": 0.3, "kind": "stuck"},
-        {"robot": 5, "at": 0.3, "notice": 0.1},
-    )
-    world = make_world(**failing(*failures))
-    with native_loop(world):
-        first, second = Plant(world), Plant(world)
-        first.step(1500)
-        for _ in range(1500):
-            mujoco.mj_forward(world.model, second.data)  # advances nothing, as a viewer may
-            second.step(1)
-    assert first.state.lost.tolist() == [0, 1, 1, 0, 1]
-    assert first.data.userdata.tobytes() == second.data.userdata.tobytes()
-    assert first.data.qpos.tobytes() == second.data.qpos.tobytes()
-
-
-def test_one_of_six_fails(compiled: None) -> None:
-    """No touch, and the five others stand as the best figure of five: within 1 % of its energy by 80 s."""
-    run = fly(load_file(SCENARIO))
-    assert run.passed, [verdict.message for verdict in run.verdicts]
-    assert run.trace["lost"].values[-1].tolist() == [0, 0, 1, 0, 0, 0]

@@ -17,49 +17,9 @@ from escort_mj.world.model.build import build
 from escort_mj.world.model.robot.reading import read_model
 
 HEXAROTOR = (Path(__file__).parents[2] / "scenarios/robots/hexarotor.xml").read_text()
-WHEEL = (
-    '<body name="{side}" pos="0 {y} 0"><joint name="{side}" axis="0 1 0"/>'
-    '<geom type="cylinder" size="0.06 0.015" zaxis="0 1 0" mass="0.4"/></body>'
-)
-WHEELS = "".join(WHEEL.format(side=side, y=y) for side, y in (("left", 0.13), ("right", -0.13)))
-ROVER = f"""
-<mujoco>
-  <default>
-    <default class="part"><geom rgba="0.2 0.4 0.8 1"/></default>
-    <default class="caster"><geom size="0.02" friction="0.01 0.001 0.001" priority="1" mass="0.1"/></default>
-  </default>
-  <worldbody>
-    <geom type="plane" size="5 5 1"/>
-    <body name="base" pos="0 0 0.06">
-      <freejoint/>
-      <geom class="part" type="box" size="0.15 0.1 0.03" pos="0 0 0.04" mass="6"/>
-      <geom class="caster" pos="0.12 0 -0.04"/><geom class="caster" pos="-0.12 0 -0.04"/>
-      {WHEELS}
-    </body>
-  </worldbody>
-  <actuator><{{0}} joint="left" {{1}}/><{{0}} joint="right" {{1}}/></actuator>
-</mujoco>"""
+ROVER, SLIDES = (Path(__file__).with_name(f"{name}.xml").read_text() for name in ("rover", "slides"))
 TORQUES = ROVER.format("motor", 'ctrlrange="-1.5 1.5"')
 RATES = ROVER.format("velocity", 'kv="0.5" ctrlrange="-30 30"')
-SLIDES = """
-<mujoco>
-  <default><default class="part"><geom rgba="0.8 0.4 0.2 1" mass="10"/></default></default>
-  <worldbody>
-    <body name="base" pos="0 0 0.2">
-      <joint name="x" type="slide" axis="1 0 0"/><joint name="y" type="slide" axis="0 1 0"/>
-      <joint name="turn"/>
-      <geom class="part" type="cylinder" size="0.2 0.1"/>
-      <body name="arm" pos="0 0 0.1">
-        <joint name="arm" axis="0 1 0"/><geom size="0.02 0.1" type="capsule" mass="0.5"/>
-      </body>
-    </body>
-  </worldbody>
-  <actuator>
-    <position joint="y" kp="40000" kv="2000"/><position joint="x" kp="40000" kv="2000"/>
-    <position joint="turn" kp="2000" kv="100"/><position name="arm" joint="arm" kp="20" kv="2"/>
-  </actuator>
-  <keyframe><key qpos="1 2 0.5 0.3" ctrl="2 1 0.5 0.3"/></keyframe>
-</mujoco>"""  # the servo of y comes first: places, not names or order, tell which is which
 
 
 def found(text: str) -> RobotModel:

@@ -17,11 +17,6 @@ from tests.corpus import missions
 MISSIONS = missions(__file__)
 
 
-@pytest.fixture(scope="module")
-def world(make_world) -> World:
-    return make_world(**MISSIONS["mission"])
-
-
 def bits(data: mujoco.MjData) -> tuple[bytes, ...]:
     """Everything of a state that must repeat: physics, controller, record."""
     return tuple(
@@ -30,54 +25,81 @@ def bits(data: mujoco.MjData) -> tuple[bytes, ...]:
     )
 
 
+STEPS = 600
+NOISY = {"sensing": {"position": {"noise": 0.02}, "velocity": {"noise": 0.01}}}
+FAILING = [{"robot": 1, "at": 0.2, "kind": "mad"}, {"robot": 2, "at": 0.3, "kind": "stuck"}]
+FAILING += [{"robot": 3, "at": 0.3, "notice": 0.1}]
+KINDS = {
+    "plane": MISSIONS["mission"],
+    "space": {"axes": 3, "seed": 2},
+    "four axes": {"axes": 4, **NOISY},
+    "five axes": {"axes": 5, **NOISY},
+    "failures": {"robots": {"count": 5, "failures": FAILING}},
+}
+
+
 @pytest.fixture(scope="module")
-def undisturbed(world) -> tuple[bytes, ...]:
-    """The state after 1500 steps that nothing interrupts."""
+def worlds(make_world) -> dict[str, World]:
+    return {name: make_world(**keys) for name, keys in KINDS.items()}
+
+
+@pytest.fixture(scope="module")
+def world(worlds) -> World:
+    return worlds["plane"]
+
+
+def stepped(world: World, step=None) -> tuple[bytes, ...]:
+    """The state after all steps, at once or one by one in some way."""
     with native_loop(world):
         plant = Plant(world)
-        plant.step(1500)
+        if step is None:
+            plant.step(STEPS)
+        for _ in range(0 if step is None else STEPS):
+            step(plant)
         return bits(plant.data)
 
 
-def test_in_one_go_or_step_by_step(world, undisturbed) -> None:
-    with native_loop(world):
-        plant = Plant(world)
-        for _ in range(1500):
-            plant.step(1)
-    assert bits(plant.data) == undisturbed
+@pytest.fixture(scope="module")
+def undisturbed(worlds) -> dict[str, tuple[bytes, ...]]:
+    """The state of each world after steps that nothing interrupts."""
+    return {name: stepped(world) for name, world in worlds.items()}
 
 
-def test_forward_at_the_same_time_advances_nothing(world, undisturbed) -> None:
-    """Also before the first step: a viewer or a renderer calls mj_forward whenever it likes."""
-    with native_loop(world):
-        plant = Plant(world)
-        for _ in range(1500):
-            mujoco.mj_forward(world.model, plant.data)
-            mujoco.mj_forward(world.model, plant.data)
-            plant.step(1)
-    assert bits(plant.data) == undisturbed
+def one_by_one(plant: Plant) -> None:
+    plant.step(1)
 
 
-def test_step1_and_step2_are_one_step(world, undisturbed) -> None:
-    with native_loop(world):
-        plant = Plant(world)
-        for _ in range(1500):
-            mujoco.mj_step1(world.model, plant.data)
-            mujoco.mj_step2(world.model, plant.data)
-    assert bits(plant.data) == undisturbed
+def looked_at(plant: Plant) -> None:
+    """A viewer or a renderer calls mj_forward whenever it likes: that advances nothing."""
+    mujoco.mj_forward(plant.world.model, plant.data)
+    mujoco.mj_forward(plant.world.model, plant.data)
+    plant.step(1)
+
+
+def by_halves(plant: Plant) -> None:
+    mujoco.mj_step1(plant.world.model, plant.data)
+    mujoco.mj_step2(plant.world.model, plant.data)
+
+
+@pytest.mark.parametrize(
+    "step", [lambda plant: plant.step(1), looked_at, by_halves], ids=["single", "looked at", "halves"]
+)
+@pytest.mark.parametrize("name", ["plane", "five axes", "failures"])
+def test_the_same_bits_in_any_way_of_stepping(name: str, step, worlds, undisturbed) -> None:
+    assert stepped(worlds[name], step) == undisturbed[name]
 
 
 def test_reset_begins_anew(world, undisturbed) -> None:
     with native_loop(world):
         plant = Plant(world)
-        plant.step(777)
-        assert bits(plant.data) != undisturbed
+        plant.step(STEPS // 2 + 7)
+        assert bits(plant.data) != undisturbed["plane"]
         plant.reset()
         assert not plant.data.userdata.any()
         plant.step(1)
         np.testing.assert_array_equal(plant.state.q_d, world.team.position)
-        plant.step(1499)
-    assert bits(plant.data) == undisturbed
+        plant.step(STEPS - 1)
+    assert bits(plant.data) == undisturbed["plane"]
 
 
 PENDULUM = """
@@ -170,16 +192,31 @@ def test_somebody_elses_callbacks_come_back(world) -> None:
         mujoco.set_mjcb_sensor(None)
 
 
-def test_loops_of_several_threads_overlap(world, undisturbed) -> None:
-    """Each thread enters and leaves by itself; the callbacks stay until the last has left."""
-    before = installed()
+def test_different_worlds_in_turns(worlds, undisturbed) -> None:
+    with native_loop(*worlds.values()):
+        plants = {name: Plant(world) for name, world in worlds.items()}
+        for _ in range(STEPS):
+            for plant in plants.values():
+                plant.step(1)
+    assert {name: bits(plant.data) for name, plant in plants.items()} == undisturbed
+
+
+@pytest.mark.parametrize("other", ["plane", "space", "four axes"])
+def test_loops_of_threads_overlap(other: str, worlds, undisturbed) -> None:
+    """Each enters and leaves by itself, all the time: callbacks stay until the last has left.
+
+    Those of one class of axes give way to those that tell classes apart, in the midst of a thread's steps.
+    """
+    before, names = installed(), ("plane", other)
     found: dict[int, tuple[bytes, ...]] = {}
 
     def run(index: int) -> None:
-        with native_loop(world):
-            plant = Plant(world)
-            for _ in range(15):
-                plant.step(100)
+        own = worlds[names[index % 2]]
+        for part in range(15):
+            with native_loop(own):
+                if part == 0:
+                    plant = Plant(own)
+                plant.step(STEPS // 15)
         found[index] = bits(plant.data)
 
     threads = [threading.Thread(target=run, args=(index,)) for index in range(4)]
@@ -188,49 +225,7 @@ def test_loops_of_several_threads_overlap(world, undisturbed) -> None:
     for thread in threads:
         thread.join()
     assert installed() == before
-    assert [found[index] for index in range(4)] == [undisturbed] * 4
-
-
-def test_different_worlds_side_by_side(world, make_world, undisturbed) -> None:
-    """Planar and spatial models stepped in turns and in threads do not disturb one another."""
-    spatial = make_world(axes=3, seed=2)
-    with native_loop(world, spatial):
-        alone = Plant(spatial)
-        alone.step(1500)
-        turns = Plant(world), Plant(spatial)
-        for _ in range(1500):
-            for plant in turns:
-                plant.step(1)
-    assert bits(turns[0].data) == undisturbed
-    assert bits(turns[1].data) == bits(alone.data)
-
-
-def test_loops_of_threads_with_different_worlds_overlap(world, make_world, undisturbed) -> None:
-    """Callbacks of one class give way to those that tell classes apart, in the midst of a thread's steps."""
-    before = installed()
-    spatial = make_world(axes=3, seed=2)
-    with native_loop(spatial):
-        alone = Plant(spatial)
-        alone.step(1500)
-    expected = {0: undisturbed, 1: bits(alone.data), 2: undisturbed, 3: bits(alone.data)}
-    found: dict[int, tuple[bytes, ...]] = {}
-
-    def run(index: int) -> None:
-        own = spatial if index % 2 else world
-        for part in range(15):
-            with native_loop(own):  # leaves and enters again: the classes in need change all the time
-                if part == 0:
-                    plant = Plant(own)
-                plant.step(100)
-        found[index] = bits(plant.data)
-
-    threads = [threading.Thread(target=run, args=(index,)) for index in expected]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
-    assert installed() == before
-    assert found == expected
+    assert [found[index] for index in range(4)] == [undisturbed[name] for name in names] * 2
 
 
 @pytest.mark.parametrize("persistent", [False, True])

@@ -8,24 +8,24 @@ from tests.corpus import missions
 PUSH = 0.7
 
 
-@pytest.mark.parametrize("axes", [2, 3])
+@pytest.mark.parametrize("axes", [2, 3, 4, 5])
 def test_constant_disturbance_accelerates_a_mass(axes: int, drifting, record_steps) -> None:
     """x = x0 + a t^2 / 2; with the semi-implicit Euler steps of MuJoCo a dt^2 k (k + 1) / 2, exactly."""
-    start = np.array([1.0, -2.0, 3.0][:axes])
-    push = np.array([PUSH, -0.3, 1.1][:axes])
+    start = np.array([1.0, -2.0, 3.0, 7.0, -5.0])[:axes]
+    push = np.array([PUSH, -0.3, 1.1, 0.4, -0.5])[:axes]
     world = drifting(
-        {"positions": [start.tolist()], "mass": 2.5},
+        {"positions": [start.tolist(), (start + 9.0).tolist()], "overrides": [{"robot": 2, "mass": 2.5}]},
         axes=axes,
         uncertainty={"disturbance": push.tolist()},
     )
     record = record_steps(world, 1001)
-    k = np.arange(1001)[:, None]
-    a, dt = push / 2.5, 0.002
-    np.testing.assert_allclose(record["v"][:, 0], a * dt * k, rtol=1e-10, atol=1e-12)
-    expected = start + a * dt**2 * k * (k + 1) / 2
-    np.testing.assert_allclose(record["q"][:, 0], expected, rtol=0.0, atol=1e-10)
-    np.testing.assert_array_equal(record["disturbance"], np.broadcast_to(push, (1001, 1, axes)))
-    np.testing.assert_allclose(record["time"], k[:, 0] * dt, rtol=0.0, atol=1e-12)
+    k = np.arange(1001)[:, None, None]
+    a, dt = push / np.array([[1.0], [2.5]]), 0.002
+    np.testing.assert_allclose(record["v"], a * dt * k, rtol=1e-10, atol=1e-12)
+    expected = world.team.position + a * dt**2 * k * (k + 1) / 2
+    np.testing.assert_allclose(record["q"], expected, rtol=0.0, atol=1e-10)
+    np.testing.assert_array_equal(record["disturbance"], np.broadcast_to(push, (1001, 2, axes)))
+    np.testing.assert_allclose(record["time"], k[:, 0, 0] * dt, rtol=0.0, atol=1e-12)
 
 
 def test_disturbance_of_time_is_integrated(drifting, record_steps) -> None:
@@ -210,6 +210,7 @@ def test_distances_are_those_of_the_true_positions(busy) -> None:
     assert (record["target_clearance_body"][:, 2] == 5.0).all() and np.isinf(of_target[:, [1, 3]]).all()
 
 
+@pytest.mark.slow_cases("0.0")
 @pytest.mark.parametrize("noise", [0.0, 0.1])
 def test_distances_in_a_crowd_are_those_of_all_pairs(noise: float, make_world, record_steps) -> None:
     """Robots that rush through each other to their places: lists of neighbors miss nobody."""

@@ -18,19 +18,15 @@ from escort_mj.world.callback import native_loop
 from escort_mj.world.loop.addresses import behind, geom_bodies, thickness, unpack_addresses
 from escort_mj.world.model.build import World, build
 from escort_mj.world.plant import Plant
+from tests.corpus import missions
 
-PLANAR = {
-    "axes": 2,
-    "robots": {"positions": [[4, 1], [-3, 2.5], [0.25, -6]], "mass": 1.5, "radius": 0.25, "force_limit": 7},
-    "obstacles": [{"position": [8, 0], "radius": 0.75}, {"position": [0, 9], "name": "rock"}],
-    "target": {"position": ["1+t", 2], "radius": 0.4},
-}
-SPATIAL = {
-    "axes": 3,
-    "robots": {"positions": [[5, 0, 1], [-5, 0, 2], [0, 5, -1], [0, -5, 0], [0, 0, 5.5], [0, 0, -5.5]]},
-    "obstacles": [{"position": [9, 1, 3], "radius": 0.6}],
-    "target": {"position": ["0.5*t", 0, "sin(t)"]},
-}
+MISSIONS = missions(__file__)
+PLANAR, SPATIAL, ROLLING = (MISSIONS[name] for name in ("planar", "spatial", "rolling"))
+
+
+def each(*names: str) -> pytest.MarkDecorator:
+    """For missions of these names."""
+    return pytest.mark.parametrize("keys", [MISSIONS[name] for name in names], ids=names)
 
 
 def world_of(keys: dict) -> World:
@@ -41,7 +37,7 @@ def name_of(model: mujoco.MjModel, kind: mujoco.mjtObj, index: int) -> str:
     return mujoco.mj_id2name(model, kind, index)
 
 
-@pytest.mark.parametrize("keys", [PLANAR, SPATIAL], ids=["planar", "spatial"])
+@each("planar", "spatial")
 def test_names_and_counts(keys: dict) -> None:
     scenario = Scenario.model_validate(keys)
     world = build(scenario)
@@ -68,7 +64,7 @@ def test_names_and_counts(keys: dict) -> None:
     assert cameras == {"overview", "top", "target_follow"}
 
 
-@pytest.mark.parametrize("keys", [PLANAR, SPATIAL], ids=["planar", "spatial"])
+@each("planar", "spatial")
 def test_numbers_of_the_scenario(keys: dict) -> None:
     scenario = Scenario.model_validate(keys)
     world = build(scenario)
@@ -90,7 +86,7 @@ def test_numbers_of_the_scenario(keys: dict) -> None:
     assert np.array_equal(m.actuator_gear, np.tile([1.0, 0, 0, 0, 0, 0], (n * p, 1)))
 
 
-@pytest.mark.parametrize("keys", [PLANAR, SPATIAL], ids=["planar", "spatial"])
+@each("planar", "spatial")
 def test_positions_in_the_world_are_the_coordinates(keys: dict) -> None:
     """`ref` makes qpos the world's position, at the start and anywhere else."""
     world = world_of(keys)
@@ -149,15 +145,6 @@ def test_physics_options() -> None:
     assert weightless.gravity.tolist() == [0.0, 0.0, 0.0]
 
 
-ROLLING = {
-    "robots": {
-        "kind": "rolling_sphere",
-        "positions": [[3, 0], [-3, 1], [0, -4]],
-        "overrides": [{"robot": 2, "radius": 0.5, "mass": 3.0}],
-    }
-}
-
-
 def test_rolling_spheres() -> None:
     world = world_of(ROLLING)
     m = world.model
@@ -208,7 +195,7 @@ def test_all_that_hangs_on_a_body_belongs_to_it() -> None:
     np.testing.assert_allclose(thickness(model, names), [0.06, np.inf])
 
 
-@pytest.mark.parametrize("keys", [PLANAR, SPATIAL, ROLLING], ids=["planar", "spatial", "rolling"])
+@each("planar", "spatial", "rolling")
 def test_what_collides_with_what(keys: dict) -> None:
     """Robots with robots, obstacles and the target; point masses not with the floor."""
     m = world_of(keys).model
@@ -238,18 +225,8 @@ def seen(model: mujoco.MjModel, data: mujoco.MjData, camera: str, point: np.ndar
     return max(abs(float(x @ right)) / (half * aspect), abs(float(x @ up)) / half)
 
 
-LARGE = {  # bodies that are large beside the mission
-    "robots": {"positions": [[9, 0], [-9, 0]], "overrides": [{"robot": 1, "radius": 4.0}]},
-    "obstacles": [{"position": [0, 12], "radius": 6}],
-    "target": {"radius": 3},
-    "mission": {"radius": 1},
-}
-
-
 @pytest.mark.crossed
-@pytest.mark.parametrize(
-    "keys", [PLANAR, SPATIAL, ROLLING, LARGE], ids=["planar", "spatial", "rolling", "large"]
-)
+@each("planar", "spatial", "rolling", "large")
 @pytest.mark.parametrize("camera", ["overview", "top"])
 @pytest.mark.parametrize(("width", "height"), [(1280, 720), (720, 1280), (640, 640), (1920, 480)])
 def test_cameras_frame_the_mission(keys: dict, camera: str, width: int, height: int) -> None:
@@ -282,7 +259,7 @@ def test_cameras_frame_the_mission(keys: dict, camera: str, width: int, height: 
     assert 0.5 < worst <= 1.0
 
 
-@pytest.mark.parametrize("keys", [PLANAR, SPATIAL], ids=["planar", "spatial"])
+@each("planar", "spatial")
 def test_the_following_camera_keeps_the_circle_in_view(keys: dict) -> None:
     world = world_of(keys)
     data = mujoco.MjData(world.model)
@@ -294,13 +271,11 @@ def test_the_following_camera_keeps_the_circle_in_view(keys: dict) -> None:
         assert seen(world.model, data, "target_follow", point, 16 / 9) < 1.0
 
 
-@pytest.mark.parametrize("keys", [PLANAR, SPATIAL, ROLLING], ids=["planar", "spatial", "rolling"])
+@each("planar", "spatial", "rolling", "seven axes")
 def test_the_exported_model_is_the_same_world(keys: dict, compiled) -> None:
     """model.xml recompiles to the same numbers, and runs by itself to the same bits."""
     sensing = {"position": {"noise": 0.02}, "velocity": {"noise": 0.01}}
-    disturbance = [f"{1 / 3}*sin(t)", 0.1, 0.7][:2]
-    if keys["robots"] is SPATIAL["robots"]:
-        disturbance.append("exp(-t)/3")
+    disturbance = [f"{1 / 3}*sin(t)", 0.1, "exp(-t)/3", *[0.7] * 4][: keys.get("axes", 2)]
     world = world_of(
         {**keys, "sensing": sensing, "uncertainty": {"disturbance": disturbance}, "seed": 2**53 - 1}
     )
