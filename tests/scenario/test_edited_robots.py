@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import struct
 from pathlib import Path
 
 import pytest
@@ -10,9 +9,8 @@ import pytest
 from escort_mj.api import load_scenario
 from escort_mj.errors import ScenarioError
 from escort_mj.scenario.schema.scenario import Scenario
+from tests import meshes
 
-CORNERS = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)]
-FACES = [(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)]
 MODEL = """<mujoco><asset><mesh name="m" file="m.stl"/></asset><worldbody><body name="base" pos="0 0 0.3">
 <freejoint/><geom type="mesh" mesh="m" mass="{mass}"/><include file="part.xml"/>
 <site name="s"/></body></worldbody>
@@ -24,11 +22,7 @@ PART = '<mujocoinclude><geom size="0.05" mass="{mass}"/></mujocoinclude>'
 def write(folder: Path, mass: float = 1.0, part: float = 0.5, size: float = 0.2) -> None:
     (folder / "r.xml").write_text(MODEL.format(mass=mass))
     (folder / "part.xml").write_text(PART.format(mass=part))
-    facets = b"".join(
-        struct.pack("<12fH", 0, 0, 0, *(size * at for corner in face for at in CORNERS[corner]), 0)
-        for face in FACES
-    )
-    (folder / "m.stl").write_bytes(bytes(80) + struct.pack("<I", len(FACES)) + facets)
+    (folder / "m.stl").write_bytes(meshes.stl(size))
 
 
 def loaded(folder: Path, more: str = "") -> Scenario:

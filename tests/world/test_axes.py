@@ -51,6 +51,7 @@ def test_names_and_order(world: World) -> None:
     limits = np.repeat([10.0, 7.0, 10.0], p)
     assert np.array_equal(m.actuator_forcerange, np.stack([-limits, limits], axis=1))
     assert (m.jnt_type == mujoco.mjtJoint.mjJNT_SLIDE).all()
+    assert not m.geom_contype.any() and not m.geom_conaffinity.any(), "MuJoCo finds no contacts"
 
 
 def test_kinetic_energy_is_that_of_one_mass_in_all_axes(world: World) -> None:
@@ -136,11 +137,6 @@ def test_touch_is_judged_in_all_axes(drifting, record_steps) -> None:
         np.testing.assert_allclose(rows[:, TOUCH_TIME], 0.006)
         np.testing.assert_allclose(rows[:, DEPTH], 0.01, atol=1e-12)
         assert not rows[:, [PEAK_FORCE, IMPULSE]].any() and not len(plant.ended())
-
-
-def test_mujoco_finds_no_contacts(world: World) -> None:
-    m = world.model
-    assert not m.geom_contype.any() and not m.geom_conaffinity.any()
 
 
 def test_the_targets_bodies_go_where_the_law_has_it(world: World) -> None:

@@ -15,6 +15,7 @@ from escort_mj.scenario import load_file
 from escort_mj.scenario.reader.load import stored_scenario
 from escort_mj.world.model.build import build
 from escort_mj.world.model.robot.reading import read_model
+from tests import meshes
 
 HEXAROTOR = (Path(__file__).parents[2] / "scenarios/robots/hexarotor.xml").read_text()
 ROVER, SLIDES = (Path(__file__).with_name(f"{name}.xml").read_text() for name in ("rover", "slides"))
@@ -236,9 +237,7 @@ def test_what_is_left_of_robots_that_fail(team: Path, compiled: None) -> None:
 
 def test_a_run_folder_holds_its_robots(team: Path, tmp_path: Path) -> None:
     skin = '<asset><mesh name="skin" file="skin.obj"/></asset>'
-    (tmp_path / "skin.obj").write_text(
-        "v 0 0 0\nv 0.1 0 0\nv 0 0.1 0\nv 0 0 0.1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
-    )
+    (tmp_path / "skin.obj").write_text(meshes.obj(0.1))
     drawn = TORQUES.replace(
         '<geom class="part"', '<geom type="mesh" mesh="skin" mass="0"/><geom class="part"'
     )

@@ -13,16 +13,15 @@ from escort_mj.scenario.reader.load import scenario_of
 MASSES = (1.0, 3.0)
 
 
-def pulled(
-    seconds: float, apart: float = 2.0, ends: tuple[Any, Any] = (1, 2), **tether: Any
-) -> escort_mj.Run:
-    """Two robots at rest without any force but that of a tether."""
+def pulled(seconds: float, apart: float = 2.0, speed: float = 0.0, **tether: Any) -> escort_mj.Run:
+    """Two robots without any force but that of a tether, the second of which leaves the first."""
     scenario = escort_mj.Scenario(
         duration=seconds,
         target=None,
         recording={"rate": 500},
         robots={
-            "positions": [[0.0, 0.0], [2.0, 0.0]],
+            "positions": [[0.0, 0.0], [apart, 0.0]],
+            "velocities": [[0.0, 0.0], [speed, 0.0]],
             "overrides": [{"robot": i, "mass": mass} for i, mass in enumerate(MASSES, 1)],
             "tethers": [{"between": [1, 2], **tether}],
         },
@@ -68,19 +67,7 @@ def test_damping_takes_the_swing_away() -> None:
 
 
 def test_one_that_does_not_stretch_holds_its_length() -> None:
-    scenario = escort_mj.Scenario(
-        duration=2,
-        target=None,
-        robots={
-            "positions": [[0.0, 0.0], [1.0, 0.0]],
-            "velocities": [[0.0, 0.0], [1.0, 0.0]],
-            "tethers": [{"between": [1, 2], "length": 1.5, "stiffness": None}],
-        },
-        mission={"behaviors": ["avoid_obstacles"]},
-    )
-    mission = escort_mj.start(scenario, command="force")
-    mission.command(np.zeros((2, 2)))
-    run = mission.step(2.0).run()
+    run = pulled(2.0, apart=1.0, speed=1.0, length=1.5, stiffness=None)
     assert 1.5 < distance(run).max() < 1.52
     assert run.trace["q"].values[-1, 0, 0] > 0.3, "the first is pulled along"
 

@@ -93,16 +93,6 @@ def test_stack_machine_agrees_with_numpy(steps, interpolation: str, t: float):
         np.testing.assert_allclose(velocity, trajectory.velocity(instant), rtol=1e-12, atol=1e-12 * scale)
 
 
-def test_programs_of_several_axes_share_one_table():
-    code, spans, table = through(POINTS, "linear").programs()
-    assert code.shape == (2, 3)
-    assert spans.tolist() == [[0, 1], [1, 1]]
-    assert table.shape == (8, 5)
-    code, spans, table = target_trajectory(parse_scenario("target: {position: [sin(t), 2]}")).programs()
-    assert spans.tolist() == [[0, 2], [2, 1]]
-    assert table.shape == (0, 5)
-
-
 def test_velocity_is_the_derivative_of_the_position():
     for interpolation in ("linear", "smooth"):
         trajectory = through(POINTS, interpolation)

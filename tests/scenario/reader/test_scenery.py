@@ -12,6 +12,7 @@ import escort_mj
 from escort_mj import ScenarioError
 from escort_mj.scenario.geometry.shapes import quaternion, rotation_matrix
 from escort_mj.scenario.mission import Mission
+from tests import meshes
 from tests.corpus import documents, is_said
 
 GEOMS = """
@@ -133,17 +134,8 @@ def test_what_is_above_robots_or_below_the_floor_is_left_out(tmp_path: Path) -> 
 
 @pytest.mark.parametrize("suffix", ["obj", "stl"])
 def test_a_mesh_alone(tmp_path: Path, suffix: str) -> None:
-    corners = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1.0]])
-    faces = [(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)]
-    lines = ["v {} {} {}".format(*corner) for corner in corners] + [
-        f"f {a + 1} {b + 1} {c + 1}" for a, b, c in faces
-    ]
-    if suffix == "obj":
-        (tmp_path / "rock.obj").write_text("\n".join(lines))
-    else:
-        facet = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("end", "<u2")])
-        facets = np.array([((0, 0, 0), corners[list(face)], 0) for face in faces], dtype=facet)
-        (tmp_path / "rock.stl").write_bytes(bytes(80) + np.uint32(4).tobytes() + facets.tobytes())
+    content = meshes.obj().encode() if suffix == "obj" else meshes.stl()
+    (tmp_path / f"rock.{suffix}").write_bytes(content)
     scenario = loaded(tmp_path, {"file": f"rock.{suffix}", "position": [3, 3], "name": "rock"})
     (rock,) = scenario.obstacles
     outline = np.array(rock.position) + np.array(rock.vertices)

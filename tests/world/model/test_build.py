@@ -8,11 +8,10 @@ import mujoco
 import numpy as np
 import pytest
 
-from escort_mj.errors import MujocoError, ScenarioError
+from escort_mj.errors import MujocoError
 from escort_mj.memory.packing import pack
 from escort_mj.memory.sampling import Sampling
 from escort_mj.mjcf import section
-from escort_mj.scenario import parse_scenario
 from escort_mj.scenario.schema.scenario import Scenario
 from escort_mj.world.callback import native_loop
 from escort_mj.world.loop.addresses import behind, geom_bodies, thickness, unpack_addresses
@@ -102,16 +101,6 @@ def test_positions_in_the_world_are_the_coordinates(keys: dict) -> None:
         np.testing.assert_allclose(found.ravel(), qpos, rtol=0.0, atol=1e-14)
     height = world.team.radius[0] if p == 2 else 0.0
     assert data.body("target").xpos.tolist() == ([1.0, 2.0, height] if p == 2 else [0.0, 0.0, 0.0])
-
-
-def test_the_mass_matrix_is_the_masses() -> None:
-    world = world_of({**PLANAR, "robots": {**PLANAR["robots"], "overrides": [{"robot": 2, "mass": 9.0}]}})
-    data = mujoco.MjData(world.model)
-    mujoco.mj_forward(world.model, data)
-    matrix = np.zeros((6, 6))
-    for column, unit in enumerate(np.eye(6)):
-        mujoco.mj_mulM(world.model, data, matrix[column], unit)
-    assert np.array_equal(matrix, np.diag([1.5, 1.5, 9.0, 9.0, 1.5, 1.5]))
 
 
 def test_overrides_reach_mujoco() -> None:
@@ -317,12 +306,6 @@ def test_many_robots() -> None:
     assert plant.data.time == pytest.approx(0.04) and np.isfinite(plant.record).any()
     assert np.array_equal(plant.state.q_measured, plant.state.q)
     assert np.abs(plant.state.tau).max() > 0.0
-
-
-@pytest.mark.parametrize("name", ["target", "world", "robot_1", "robot_99"])
-def test_obstacles_take_no_name_of_the_worlds_own_bodies(name: str) -> None:
-    with pytest.raises(ScenarioError, match=f"found {name}; "):
-        parse_scenario(f"obstacles: [{{position: [30, 30], name: {name}}}]")
 
 
 def test_numbers_too_small_to_be_normal_are_none() -> None:

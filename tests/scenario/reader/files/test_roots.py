@@ -6,6 +6,7 @@ import pytest
 
 from escort_mj.errors import ScenarioError
 from escort_mj.scenario.reader.load import Template, load_file
+from tests import meshes
 from tests.corpus import assert_said, read
 from tests.test_cli import command  # noqa: F401  a fixture: one command in a folder of its own
 
@@ -35,9 +36,7 @@ def repo(tmp_path: Path) -> Path:
         (tmp_path / "repo" / name).mkdir(parents=True)
     repo = tmp_path / "repo"
     (repo / "data" / "way.csv").write_text("0,0,0\n9,1,1\n")
-    (repo / "meshes" / "a.obj").write_text(
-        "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\nf 1 2 4\nf 1 3 4\nf 2 3 4\n"
-    )
+    (repo / "meshes" / "a.obj").write_text(meshes.obj())
     (repo / "robots" / "plain.xml").write_text(ROBOT.format(mesh=""))
     (repo / "robots" / "meshed.xml").write_text(ROBOT.format(mesh='<mesh name="a" file="a.obj"/>'))
     (repo / "missions" / "m.yaml").write_text(MISSION.format(file="../robots/meshed.xml"))
