@@ -165,7 +165,9 @@ def test_what_ships_reads_back_the_same_in_both_forms(path: Path):
 
 def test_what_ships_follows_the_schema(validator: jsonschema.Draft202012Validator):
     for path in SHIPPED:
-        validator.validate(read_document(path.read_text(), str(path)).data)
+        data = read_document(path.read_text(), str(path)).data
+        validator.validate(data)
+        assert data["name"] == path.stem and data["description"]
 
 
 def test_the_schema_refuses_what_the_loader_refuses(validator: jsonschema.Draft202012Validator):
