@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from escort_mj.record.folder import RunFolder
 from escort_mj.record.outcome import Verdict
 from escort_mj.record.recording import NONE, Recording, Variable, record
 from escort_mj.signals import EPISODE as COLUMNS
@@ -118,6 +119,15 @@ def make_trace(
     sizes = dimensions(robots, axes, obstacles, truth)
     rows = np.reshape(np.asarray(episodes, float), (-1, len(COLUMNS)))
     return build_trace(pack(time, sizes, **given), sizes, describe(sizes, **(about or {})), rows)
+
+
+def begin_run(path, made, overwrite=False):
+    """The folder of a run under way, which has put its samples into the journal."""
+    samples, sizes, labels = made
+    folder = RunFolder.create(path, overwrite=overwrite)
+    folder.begin("name: synthetic\n", "<mujoco/>\n", sizes, labels)
+    folder.append(samples)
+    return folder
 
 
 def as_recording(trace):

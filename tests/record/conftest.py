@@ -12,10 +12,20 @@ import numpy as np
 import pytest
 
 from escort_mj.measuring import measures_of, summarize
-from escort_mj.record.folder import RunFolder
 from escort_mj.record.outcome import Outcome
 from escort_mj.signals import SIGNALS
-from tests.synthetic import build_trace, describe, dimensions, make_verdict, pack
+from tests.synthetic import begin_run, build_trace, describe, dimensions, make_verdict, pack
+
+# Signals of whole numbers, with the least and the largest that a record has.
+WHOLE = (
+    ({"avoidance_active"}, 0, 1),
+    ({"ruling"}, -1, 1),
+    ({"phase", "opponent_status", "interceptor", "threat", "target_seen", "heard_from"}, 0, 2),
+    ({"messages_sent", "messages_heard", "messages_lost"}, 0, 2),
+    ({"goals_left"}, 0, 3),
+    ({"lost"}, 0, 0),
+    ({"member_of", "obstacle_team"}, 1, 1),
+)
 
 
 @pytest.fixture
@@ -34,23 +44,13 @@ def record() -> Callable[..., tuple[np.ndarray, dict[str, int], dict[str, Any]]]
         }
         for total in {"saturated_time", "effort", "work", "force_variation", "mover_work"} & given.keys():
             given[total] = np.cumsum(np.abs(given[total]), axis=0)
-        given["avoidance_active"] = random.integers(0, 2, (rows, robots))
-        given["phase"] = random.integers(0, 3, (rows, robots))
-        given["ruling"] = random.integers(-1, 2, (rows, robots))
-        given["outer_updates"] = np.cumsum(random.integers(0, 10, (rows, robots)), axis=0)
-        given["goals_left"] = random.integers(0, 3, (rows, robots))
-        given["lost"] = np.zeros((rows, robots))
-        if "member_of" in given:
-            given["member_of"] = np.ones((rows, robots))
-            given["obstacle_team"] = np.ones((rows, obstacles))
-        for name in sorted({"opponent_status", "interceptor", "threat"} & given.keys()):
-            given[name] = random.integers(0, 3, given[name].shape)
+        for names, least, most in WHOLE:
+            for name in sorted(names & given.keys()):
+                given[name] = random.integers(least, most + 1, given[name].shape)
         for name in ("clearance_body", "target_clearance_body"):
             given[name] = random.integers(-1, robots + obstacles, given[name].shape)
-        for name in ("target_seen", "heard_from", "messages_sent", "messages_heard", "messages_lost"):
-            given[name] = random.integers(0, 3, given[name].shape)
-        given["contacts_untold"] = np.cumsum(random.integers(0, 10, rows))
-        given["goals_left"] = random.integers(0, 4, (rows, robots))
+        for name in ("outer_updates", "contacts_untold"):
+            given[name] = np.cumsum(random.integers(0, 10, given[name].shape), axis=0)
         return pack(0.02 * np.arange(rows), sizes, **given), sizes, describe(sizes)
 
     return make
@@ -139,18 +139,9 @@ def finish() -> Callable[..., Any]:
     """A run that ended in order; its trace."""
 
     def run(path: Path, made: Any, outcome: Outcome = Outcome.COMPLETED, overwrite: bool = False) -> Any:
-        samples, sizes, labels = made
-        folder = RunFolder.create(path, overwrite=overwrite)
-        folder.begin("name: synthetic\n", "<mujoco/>\n", sizes, labels)
-        folder.append(samples)
-        trace = build_trace(samples, sizes, labels)
-        folder.finish(
-            outcome,
-            "it ended",
-            trace,
-            summarize(measures_of(trace), trace, outcome, 42, 0.5),
-            [make_verdict()],
-        )
+        trace = build_trace(*made)
+        metrics = summarize(measures_of(trace), trace, outcome, 42, 0.5)
+        begin_run(path, made, overwrite).finish(outcome, "it ended", trace, metrics, [make_verdict()])
         return trace
 
     return run

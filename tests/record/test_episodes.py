@@ -74,8 +74,6 @@ def test_a_touch_after_the_last_sample_has_no_sample(make_trace) -> None:
     assert not touched(trace).any()
 
 
-def test_a_run_without_contacts_has_an_empty_log(make_trace, tmp_path) -> None:
+def test_a_run_without_contacts_has_an_empty_log(make_trace) -> None:
     trace = make_trace(TIME)
     assert trace.sizes["episode"] == 0 and not touched(trace).any()
-    save_trace(trace, tmp_path / "trace.nc")
-    assert load_recording(tmp_path / "trace.nc").to_dataset().sizes["episode"] == 0

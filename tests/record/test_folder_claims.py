@@ -6,6 +6,7 @@ import pytest
 
 from escort_mj.errors import BrokenRunError, RunFolderError, UsageError
 from escort_mj.record.folder import CHECK, RUN, STUDY, OccupiedError, RunFolder, free_place, read_run
+from tests.synthetic import begin_run
 
 
 def outcome_of(path: Path) -> dict:
@@ -13,21 +14,19 @@ def outcome_of(path: Path) -> dict:
 
 
 class TestWhoMayWrite:
-    def test_a_live_run_in_another_process_is_left_alone(self, tmp_path, record, finish, start_run):
-        process = start_run(tmp_path / "run", record(1))
-        assert process.stdout.readline() == "ready\n"
-        with pytest.raises(UsageError, match=f"process {process.pid} is writing a run here now"):
+    def test_of_two_processes_one_wins_and_is_left_alone(self, tmp_path, record, finish, start_run):
+        two = [start_run(tmp_path / "run", record(1)) for _ in range(2)]
+        said = {process.stdout.readline(): process for process in two}
+        process = said.pop("ready\n")
+        words = f"process {process.pid} is writing a run here now"
+        assert len(said) == 1 and all(words in line for line in said)
+        with pytest.raises(UsageError, match=words):
             RunFolder.create(tmp_path / "run")
         assert read_run(tmp_path / "run").outcome["outcome"] == "running"
         process.kill()
         process.wait()
         finish(tmp_path / "run", record(2), overwrite=True)
         assert read_run(tmp_path / "run").trace.sizes["time"] == 2
-
-    def test_a_live_run_in_this_process_is_left_alone(self, tmp_path):
-        RunFolder.create(tmp_path / "run")
-        with pytest.raises(UsageError, match="is writing a run here now"):
-            RunFolder.create(tmp_path / "run")
 
     def test_of_many_at_once_one_wins(self, tmp_path):
         barrier, won, lost = threading.Barrier(8), [], []
@@ -45,29 +44,18 @@ class TestWhoMayWrite:
         for thread in threads:
             thread.join()
         assert (len(won), len(lost)) == (1, 7)
-
-    def test_of_two_processes_one_wins(self, tmp_path, record, start_run):
-        two = [start_run(tmp_path / "run", record(1)) for _ in range(2)]
-        lines = [process.stdout.readline() for process in two]
-        assert sorted(line == "ready\n" for line in lines) == [False, True]
-        assert any("is writing a run here now" in line for line in lines)
+        assert all("is writing a run here now" in str(error) for error in lost)
 
     @pytest.mark.parametrize(
         "changes",
         [
             {"process_start": "another boot 12345"},  # its number went to another process
             {"process_start": None},
-            {"pid": 2**22 + 1},
-            {"pid": 10**30},
-            {"pid": -1},
-            {"pid": None},
-            {"pid": "somebody"},
+            *({"pid": pid} for pid in (2**22 + 1, 10**30, -1, None, "somebody")),
         ],
     )
     def test_a_process_number_alone_proves_nothing(self, tmp_path, record, changes):
-        folder = RunFolder.create(tmp_path / "run")
-        folder.begin("name: synthetic\n", "<mujoco/>\n", *record(1)[1:])
-        folder.append(record(5)[0])
+        begin_run(tmp_path / "run", record(5))
         (tmp_path / "run" / "outcome.json").write_text(json.dumps(outcome_of(tmp_path / "run") | changes))
         assert read_run(tmp_path / "run").outcome["outcome"] == "killed"
 
@@ -114,7 +102,8 @@ class TestWhoMayWrite:
         finish(path, record(30))
         (path / "figures").mkdir()
         (path / "figures" / "paths.png").write_text("old")
-        (path / "video.mp4").write_text("old")
+        for name in ("video.mp4", "clip.mp4"):
+            (path / name).write_text("old")
         (path / ".partial.123.1.trace.nc").write_text("left by a kill")
         (path / "notes.txt").write_text("mine")
         RunFolder.create(path, overwrite=True)
@@ -158,15 +147,12 @@ class TestWhoMayWrite:
                 RunFolder.create(path)
 
     def test_a_full_disk_is_one_clear_error(self, tmp_path, record, monkeypatch):
-        samples, sizes, labels = record(3)
+        made = record(3)
         message = "cannot be written: No space left on device"
-        with pytest.raises(BrokenRunError, match=message), RunFolder.create(tmp_path / "run") as folder:
-            folder.begin("name: synthetic\n", "<mujoco/>\n", sizes, labels)
+        with pytest.raises(BrokenRunError, match=message), begin_run(tmp_path / "run", made) as folder:
             journal = folder._journal
             journal._file.close()
             journal._file = open("/dev/full", "wb", buffering=0)
-            monkeypatch.setattr(
-                folder, "fail", lambda *arguments: journal.append(samples)
-            )  # as full as before
-            folder.append(samples)
+            monkeypatch.setattr(folder, "fail", lambda *_: journal.append(made[0]))  # as full as before
+            folder.append(made[0])
         assert journal._file.closed and journal._episodes.closed

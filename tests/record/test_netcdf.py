@@ -1,8 +1,5 @@
 """The format, beside what else writes and reads it: xarray."""
 
-import subprocess
-import sys
-
 import h5py
 import numpy as np
 import pytest
@@ -53,12 +50,6 @@ def test_a_file_of_groups_is_refused(tmp_path):
     xarray.Dataset({"q": ("time", [1.0])}).to_netcdf(tmp_path / "a.nc", engine="h5netcdf", group="inner")
     with pytest.raises(ValueError, match="inner is not a variable"):
         from_netcdf(tmp_path / "a.nc")
-
-
-def test_writing_needs_no_xarray():
-    code = "import sys, escort_mj.record.netcdf; print({'xarray', 'pandas', 'h5netcdf'} & set(sys.modules))"
-    answer = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert answer.stdout.strip() == "set()"
 
 
 def test_texts_of_fixed_size_are_texts(trace, tmp_path):

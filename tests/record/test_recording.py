@@ -18,7 +18,7 @@ from tests.synthetic import build_trace
 Samples = Callable[..., Any]
 MISSIONS = {
     "collision": ("faults/collision", ()),
-    "one of six fails": ("one_of_six_fails", ()),
+    "one of six fails": ("one_of_six_fails", ("duration=3", "robots.failures[0].at=1", "expect=[]")),
     "truth": ("truth", ("duration=2", "expect=[]")),
 }
 

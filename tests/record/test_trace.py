@@ -173,17 +173,6 @@ def test_a_file_that_cannot_be_read_is_one_clear_error(tmp_path, record):
         load_recording(path).to_dataset()
 
 
-def test_a_failed_write_leaves_the_old_file_and_nothing_else(tmp_path, record):
-    path = tmp_path / "trace.nc"
-    trace = build_trace(*record(5))
-    save_trace(trace, path)
-    before = path.read_bytes()
-    with pytest.raises((TypeError, ValueError)):
-        save_trace(trace.assign_attrs(bad=object()), path)
-    assert path.read_bytes() == before
-    assert [entry.name for entry in tmp_path.iterdir()] == ["trace.nc"]
-
-
 def test_a_model_that_would_be_waited_for_is_refused(tmp_path):
     os.mkfifo(tmp_path / "model.xml")
     with pytest.raises(RunFolderError, match=r"model.xml: is a FIFO, not a file"):

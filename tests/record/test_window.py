@@ -5,7 +5,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from escort_mj.measuring import measure
-from escort_mj.record.window import TAIL, WORDS, Span, rate_of, window
+from escort_mj.record.window import Span, rate_of, window
 from escort_mj.signals import SIGNALS
 from tests.metrics.motions import TIME
 from tests.synthetic import as_recording
@@ -83,9 +83,6 @@ class TestSpans:
     def test_what_they_hold_and_what_they_are_called(self, make_trace, span, first, last, words):
         time = span.of(make_trace(np.arange(501) * 0.02))["time"].values
         assert (time[0], time[-1], span.words) == (pytest.approx(first), pytest.approx(last), words)
-
-    def test_the_tail_is_called_what_it_is(self):
-        assert pytest.approx(1 / 5) == TAIL and WORDS["tail"] == "last fifth"
 
     def test_the_rate_of_samples_is_that_of_most(self, make_trace):
         assert rate_of(make_trace([0.0, 0.02, 0.04, 0.042, 0.06, 0.08])) == pytest.approx(50.0)
