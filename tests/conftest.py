@@ -66,3 +66,10 @@ def one_figure(monkeypatch: pytest.MonkeyPatch) -> None:
     from escort_mj.report.figures import figures
 
     monkeypatch.setattr(figures, "PLOTS", [plot for plot in figures.PLOTS if plot.name == "panels"])
+
+
+@pytest.fixture
+def undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Studies have no figures, for tests of all else, which takes less time; tests/report draws them."""
+    monkeypatch.setattr("escort_mj.report.comparison.draw_comparison", lambda *_: [])
+    monkeypatch.setattr("escort_mj.report.pages.study_page.draw_study", lambda *_: [])

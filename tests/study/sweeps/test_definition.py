@@ -1,6 +1,7 @@
 """Study files: what they say, and every fault with its place."""
 
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -9,6 +10,7 @@ from escort_mj.errors import ScenarioError, UsageError
 from escort_mj.study.sweeps.definition import cells_of, load_study, values_of
 from escort_mj.study.sweeps.design import Design
 from escort_mj.study.sweeps.values import Steps
+from tests.corpus import assert_said, wrong
 
 GOOD = """
 study: mass
@@ -85,29 +87,13 @@ def test_faults_of_cells_and_of_what_chooses_them_come_together(tmp_path: Path) 
     assert {fault[:2] for fault in found} == {"3:", "4:"}
 
 
-@pytest.mark.parametrize(
-    ("more", "expected"),
-    [
-        (
-            "vary: {robots.mass: {low: 1, high: 2, count: 10000}, robots.radius: [1, 2]}",
-            "3:7: vary: the study has 20,000 cells; allowed are 10,000",
-        ),
-        (
-            "sample: {count: 10001, over: {robots.mass: {low: 1, high: 2}}}",
-            "3:17: sample.count: found 10001",
-        ),
-        (
-            "seeds: 100000\nvary: {robots.mass: {low: 1, high: 2, count: 11}}",
-            "3:8: seeds: 11 cells with 100,000 seeds each take 1,100,000 runs; allowed are 1,000,000",
-        ),
-    ],
-)
+@pytest.mark.parametrize("case", wrong(Path(__file__).with_name("large")))
 def test_a_study_that_is_too_large_is_not_laid_out(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, more: str, expected: str
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, case: dict[str, Any]
 ) -> None:
     monkeypatch.setattr("escort_mj.study.sweeps.design._cells", lambda *_: 1 / 0)
-    (fault,) = faults_of(tmp_path, f"study: large\nscenario: main\n{more}\n")
-    assert fault.startswith(expected)
+    (fault,) = faults_of(tmp_path, case["text"])
+    assert_said(fault, case["said"])
 
 
 def test_whole_numbers_are_counted_once(tmp_path: Path) -> None:

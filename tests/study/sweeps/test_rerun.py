@@ -1,6 +1,8 @@
 """A stored run made again: same bits, same metrics, other metrics, and what cannot be repeated."""
 
 import json
+import shutil
+from pathlib import Path
 
 import pytest
 
@@ -21,10 +23,16 @@ expect: [{metric: contacts, at_most: 0}, {metric: radius_error_mean, at_most: 9,
 """
 
 
+@pytest.fixture(scope="module")
+def kept(compiled, tmp_path_factory):
+    path = tmp_path_factory.mktemp("kept") / "run"
+    run(parse_scenario(TEXT), path, figures=False, video=False)
+    return path
+
+
 @pytest.fixture
-def stored(tmp_path, compiled):
-    run(parse_scenario(TEXT), tmp_path / "run", figures=False, video=False)
-    return tmp_path / "run"
+def stored(kept, tmp_path):
+    return Path(shutil.copytree(kept, tmp_path / "run"))
 
 
 def change(folder, **factors) -> None:
@@ -81,12 +89,18 @@ def test_another_scenario_has_other_metrics_and_verdicts(stored):
 
 def test_versions_are_named(stored):
     trace = read_run(stored).trace
-    trace.attrs["version_mujoco"] = "3.0.0"
+    now = trace.attrs["version_processor"]
+    trace.attrs |= {"version_mujoco": "3.0.0", "version_processor": "x86_64-v0"}
     del trace.attrs["version_numba"]
     save_trace(trace, stored / "trace.nc")
+    outcome = json.loads((stored / "outcome.json").read_text())
+    outcome["versions"] |= {"mujoco": "3.1.0", "processor": "x86_64-v0"}
+    (stored / "outcome.json").write_text(json.dumps(outcome))
     found = rerun_folder(stored)
-    assert found.same_bits and set(found.versions) == {"mujoco", "numba"}
+    assert found.same_bits and set(found.versions) == {"mujoco", "numba", "processor"}
     assert found.versions["mujoco"][0] == "3.0.0" and found.versions["numba"][0] == ""
+    assert found.versions["processor"] == ("x86_64-v0", now)
+    assert "edited  outcome.json says mujoco 3.1.0, trace.nc says 3.0.0" in found.notes
     assert any(line.startswith("  other version  mujoco: 3.0.0 then, ") for line in agreement_lines(found))
 
 

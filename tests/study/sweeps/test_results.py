@@ -163,16 +163,6 @@ def test_what_is_compared_together_is_corrected_together(tmp_path: Path) -> None
     assert compared(tmp_path, planter, names[:1])[0].p == energy.paired.p
 
 
-def test_often_faster_and_mostly_never_is_worse(tmp_path: Path) -> None:
-    def planter(cell, seed):
-        late = math.inf if seed > 6 else 9.8
-        return {"settling_time": late if cell.labels["controller"] == "pd" else 10.0}
-
-    (one,) = compared(tmp_path, planter)
-    assert (one.better, one.paired.difference, one.paired.never) == ("apd_smc", math.inf, 14)
-    assert one.p < 0.01
-
-
 @pytest.mark.parametrize(("rate", "better"), [(50, ""), (250, "pd")])
 def test_a_moment_is_better_only_by_more_than_a_sample(tmp_path: Path, rate: int, better: str) -> None:
     def planter(cell, seed):

@@ -86,14 +86,6 @@ def test_pairs_worked_out_by_hand() -> None:
     assert found.interval.low < 0.5 < found.interval.high
 
 
-def test_wilcoxon_of_pairs_that_all_rise() -> None:
-    first = np.arange(8.0)
-    found = paired(first, first + np.linspace(1.0, 2.0, 8))
-    assert found.p == pytest.approx(2.0 / 2**8)  # one of 2^8 signs, two-sided
-    assert found.dominance == 1.0 and found.dominance_interval == (1.0, 1.0)
-    assert paired(first, first).p == 1.0 and paired(first, first).dominance == 0.0
-
-
 def test_pairs_with_never_and_missing_values() -> None:
     found = paired([1.0, NEVER, NEVER, 5.0, NAN], [2.0, 3.0, NEVER, NEVER, 1.0])
     assert (found.pairs, found.unpaired, found.never) == (4, 1, 3)
@@ -125,11 +117,6 @@ def test_never_once_is_no_reason_to_call_the_rest_worse() -> None:
     found = paired(np.full(20, 10.0), [9.0] * 19 + [NEVER])
     assert found.median == -1.0 and found.side == -1 and found.difference == NEVER
     assert found.interval.low == -1.0 and found.interval.high == NEVER  # a third of all draws leave it out
-
-
-def test_both_never_is_alike() -> None:
-    found = paired([NEVER] * 4, [NEVER] * 4)
-    assert (found.alike, found.never, found.difference, found.p, found.side) == (4, 4, 0.0, 1.0, 0)
 
 
 def brute_signed_rank(values: list[float]) -> float:
@@ -195,17 +182,9 @@ def test_holm_by_hand() -> None:
     assert holm([0.6, 0.7]) == [1.0, 1.0]
 
 
-def test_the_front_of_planted_points() -> None:
-    planted = [(1.0, 5.0, 2.0), (2.0, 2.0, 2.0), (5.0, 1.0, 2.0), (4.0, 4.0, 1.0)]
-    beaten = [(2.0, 5.0, 2.0), (5.0, 5.0, 5.0), (2.0, 2.0, 2.5)]
-    assert pareto(planted + beaten).tolist() == [True] * 4 + [False] * 3
-    assert pareto([(1.0, 1.0), (1.0, 1.0), (NAN, 0.0)]).tolist() == [True, True, False]
-    assert pareto([(1.0, NEVER), (2.0, 3.0), (2.0, NEVER)]).tolist() == [True, True, False]
-
-
-def test_a_random_front_against_its_definition() -> None:
-    points = np.random.default_rng(4).integers(0, 6, (60, 3)).astype(float)
-    front = pareto(points)
-    for point, on_front in zip(points, front, strict=True):
-        better = [other for other in points if all(other <= point) and any(other < point)]
-        assert on_front == (not better)
+@given(st.lists(st.lists(st.sampled_from([0.0, 1.0, 2.0, 3.0, NEVER, NAN]), min_size=3, max_size=3)))
+def test_a_front_is_what_no_other_point_beats(points: list[list[float]]) -> None:
+    array = np.reshape(points, (-1, 3))
+    for point, on_front in zip(array, pareto(array), strict=True):
+        better = [other for other in array if all(other <= point) and any(other < point)]
+        assert on_front == (not better and not np.isnan(point).any())
