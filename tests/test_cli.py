@@ -71,8 +71,6 @@ def test_a_good_run(command, one_figure, tmp_path: Path) -> None:
     code, out, _ = command("report", str(folder))
     assert code == 0 and out == "wrote renders/five/report.html\n"
     assert 'id="replay"' in (folder / "report.html").read_text()
-    code, _, err = command("report", str(folder), "--compare", "controller")
-    assert code == 2 and "is a run; --compare, --quantity and how figures look are for studies" in err
 
 
 def test_an_earlier_run_stays(command, tmp_path: Path) -> None:
@@ -97,28 +95,6 @@ def test_a_failed_verdict(command) -> None:
         "run", "five.yaml", *QUIET, "--set", "expect=[{metric: settling_time, at_most: 0.1}]"
     )
     assert code == 1 and "FAIL  settling_time" in out and "at most 0.1 s" in out
-
-
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        (("run", "maim"), 'did you mean "main"?'),
-        (("run", "zzz"), "`escort-mj list scenarios`"),
-        (("run", "missing.yaml"), "missing.yaml"),
-        (("run", "five.yaml", "--set", "robots.masss=2"), 'did you mean "mass"?'),
-        (("run", "five.yaml", "--set", "physics.integrator=RK4"), "four times a step"),
-        (("run", "five.yaml", "--nonsense"), "No such option"),
-        (("fly", "five.yaml"), "No such command"),
-        (("compare", "five.yaml", "--laws", "amsc"), 'did you mean "asmc"?'),
-        (("compare", "five.yaml", "--seeds", "0"), "--seeds"),
-        (("reproduce", "--only", "4"), "there is no such figure; those of the paper are 5 to 17"),
-        (("show", "."), "run folder"),
-        (("run", "five.yaml", "--out", "."), "holds files but no run"),
-    ],
-)
-def test_bad_input_is_one_message_and_exit_code_2(command, arguments, words) -> None:
-    code, _, err = command(*arguments)
-    assert code == 2 and words in err
 
 
 def test_a_diverged_run(command, tmp_path: Path) -> None:
@@ -151,7 +127,7 @@ def test_version_and_short_help(command) -> None:
     assert command("run", "-h")[1] == command("run", "--help")[1]
 
 
-def test_compare_runs_each_law_once(command, tmp_path: Path) -> None:
+def test_compare_runs_each_law_once(command, undrawn, tmp_path: Path) -> None:
     arguments = ("compare", "five.yaml", "--laws", "pd,apd_smc", "--set", "duration=1", "--workers", "1")
     code, out, err = command(*arguments)
     assert code == 0 and err == ""
@@ -167,10 +143,10 @@ def test_a_program_error_is_one_message(command, monkeypatch) -> None:
     assert json.loads(Path("renders/five/outcome.json").read_text())["outcome"] == "failed"
 
 
-def test_schema_is_the_shipped_one(command) -> None:
-    code, out, _ = command("schema")
-    shipped = Path(__file__).parent.parent / "scenarios" / "schema.json"
-    assert code == 0 and json.loads(out) == json.loads(shipped.read_text())
+def test_schema_is_printed(command, monkeypatch) -> None:
+    """That it is the shipped one: tests/scenario/reader."""
+    monkeypatch.setattr("escort_mj.scenario.json_schema", lambda kind: {"kind": kind.__name__})
+    assert command("schema") == (0, '{\n  "kind": "Scenario"\n}\n', "")
 
 
 def test_help_names_the_commands_and_exit_codes(command) -> None:

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 import typer
+from typer.testing import CliRunner
 
 from escort_mj.cli import app, complete
 from escort_mj.cli.group import SECTIONS
@@ -14,18 +15,31 @@ from escort_mj.cli.group import SECTIONS
 COMMANDS = typer.main.get_command(app).commands
 
 
-def offered(folder: Path, *words: str) -> set[str]:
-    """What the program answers to bash."""
-    asked = {
+def asked(*words: str) -> dict[str, str]:
+    """How bash asks what may stand in the place of the last of the words."""
+    return {
         "_ESCORT_MJ_COMPLETE": "complete_bash",
         "COMP_WORDS": " ".join(("escort-mj", *words)),
         "COMP_CWORD": str(len(words)),
     }
+
+
+def offered(*words: str) -> set[str]:
+    """What the program answers, in this process."""
+    return {*CliRunner().invoke(app, [], env=asked(*words), prog_name="escort-mj").stdout.split()}
+
+
+def answered(folder: Path, *words: str) -> set[str]:
+    """What the program answers to bash."""
     code = (
         "import sys; sys.argv = ['escort-mj']; from escort_mj.cli.app import app; import escort_mj.cli; app()"
     )
     said = subprocess.run(
-        [sys.executable, "-c", code], env=os.environ | asked, cwd=folder, capture_output=True, text=True
+        [sys.executable, "-c", code],
+        env=os.environ | asked(*words),
+        cwd=folder,
+        capture_output=True,
+        text=True,
     )
     assert not said.stderr
     return set(said.stdout.split())
@@ -48,10 +62,10 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def test_a_shell_asks(folder: Path) -> None:
-    assert offered(folder, "run", "m") == {"main", "main_3d", "mine.yaml"}
-    assert offered(folder, "sweep", "studies/min") == {"studies/minute"}
-    assert offered(folder, "show", "ren") == {"renders/main"}
-    assert "--no-video" in offered(folder, "run", "main", "--no")
+    assert answered(folder, "run", "m") == {"main", "main_3d", "mine.yaml"}
+    assert offered("sweep", "studies/min") == {"studies/minute"}
+    assert offered("show", "ren") == {"renders/main"}
+    assert "--no-video" in offered("run", "main", "--no")
 
 
 def test_folders_of_results(folder: Path) -> None:

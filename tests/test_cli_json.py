@@ -56,7 +56,7 @@ def test_checks_with_one_that_fails(answer, tmp_path: Path) -> None:
     assert found["scenarios"][1]["faults"][0]["line"] == 2
 
 
-def test_many_runs(answer, tmp_path: Path) -> None:
+def test_many_runs(answer, undrawn, tmp_path: Path) -> None:
     (tmp_path / "few.yaml").write_text(STUDY)
     swept = answer("sweep", "few.yaml", "--workers", "1")
     assert (swept["runs"], swept["made"], swept["failed"]) == (2, 2, 0)
@@ -88,11 +88,6 @@ def test_what_is_found_out(answer, tmp_path: Path) -> None:
     assert files["five"]["summary"].startswith("5 robots, 2 axes") and not files["five"]["faults"]
     assert files["few.yaml"]["summary"] == "1 cells, 2 seeds: 2 runs"
     assert [fault["line"] for fault in files["bad"]["faults"]] == [2]
-
-
-def test_bad_input_prints_no_document(command) -> None:
-    code, out, err = command("run", "maim", "--json")
-    assert (code, out) == (2, "") and "main" in err
 
 
 def test_every_command_is_on_the_page() -> None:

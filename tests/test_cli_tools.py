@@ -41,45 +41,12 @@ def test_metrics_of_runs(command, tmp_path: Path) -> None:
         assert words in (tmp_path / name).read_text()
     told = json.loads(command("metrics", runs[0], "--json")[1])
     assert told["units"]["force_rms"] == "N" and len(told["runs"]) == 1
-    for options, words in {
-        ("--to", "table.doc"): "allowed are .csv, .parquet, .md, .tex",
-        ("--over", "tail", "--after", "0.5"): "a window is given by over, or by after and before",
-        ("--after", "-1"): "should be greater than or equal to 0",
-        ("--metric", "force_rm"): 'did you mean "force_rms"',
-    }.items():
-        code, _, err = command("metrics", runs[0], *options)
-        assert code == 2 and words in " ".join(err.split())
-
-
-def test_wrong_arguments_are_shown(command) -> None:
-    assert command("list", "lawz")[2].endswith("'commands'; did you mean \"laws\"?\n")
-    assert "Invalid value for '--seeds': found \"x\"; Input sh" in command("check", "main", "--seeds", "x")[2]
-
-
-def test_new_overwrites_nothing(command, tmp_path: Path) -> None:
-    assert command("new", "five.yaml") == (2, "", "escort-mj: five.yaml: is there already\n")
-    assert command("new", "..") == (2, "", "escort-mj: ..: is a folder; expected a file\n")
-    code, _, err = command("new", "nowhere/mine.yaml")
-    assert code == 2 and "there is no folder nowhere" in err
-    code, _, err = command("new", "mine", "--law", "apd_smcc")
-    assert code == 2 and "apd_smc" in err
-    assert not (tmp_path / "mine.yaml").exists()
-
-
-def test_export_says_what_it_cannot_do(command) -> None:
-    code, _, err = command("export", "five.yaml", "five.txt")
-    assert code == 2 and "allowed are .xml, .csv, .parquet" in err
-    code, _, err = command("export", "five.yaml", "five.csv")
-    assert code == 2 and "not a run folder" in err
-    code, _, err = command("export", "mian", "main.xml")
-    assert code == 2 and 'did you mean "main"?' in err
-    assert command("export", "five.yaml", "nowhere/five.xml")[0] == 2
+    code, _, err = command("metrics", runs[0], "--metric", "force_rm")
+    assert code == 2 and 'did you mean "force_rms"' in " ".join(err.split())
 
 
 def test_doctor(command) -> None:
-    code, out, err = command("doctor", "--json")
+    code, out, err = command("doctor")
     assert (code, err) == (0, "")
-    checks = {finding["check"]: finding for finding in json.loads(out)["findings"]}
-    assert {"python", "packages", "mujoco", "kernels", "output", "rendering", "ffmpeg"} <= checks.keys()
-    code, out, _ = command("doctor")
-    assert code == 0 and out.count("\n") >= len(checks)
+    for check in ("python", "packages", "mujoco", "kernels", "output", "rendering", "ffmpeg"):
+        assert f"  {check} " in out
