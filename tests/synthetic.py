@@ -12,7 +12,9 @@ from escort_mj.signals import EPISODE as COLUMNS
 from escort_mj.signals import SIGNALS, record_sizes
 
 
-def dimensions(robots: int, axes: int, obstacles: int, truth: bool = True, teams: int = 0) -> dict[str, int]:
+def dimensions(
+    robots: int, axes: int, obstacles: int, truth: bool = True, teams: int = 0, **more: int
+) -> dict[str, int]:
     sizes = {
         "n": robots,
         "p": axes,
@@ -28,7 +30,7 @@ def dimensions(robots: int, axes: int, obstacles: int, truth: bool = True, teams
         sizes |= {"opponents": 1, "guarding": robots, "movers": 2}
     if teams:
         sizes |= {"teams": teams, "members": robots, "escorted": obstacles}
-    return record_sizes(sizes)
+    return record_sizes(sizes | more)
 
 
 def pack(time: Any, sizes: Mapping[str, int], **given: Any) -> np.ndarray:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import shutil
+import warnings
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -15,8 +16,9 @@ from escort_mj.monitor.signals import CAUSES
 from escort_mj.record.folder import RunFolder
 from escort_mj.record.outcome import Outcome
 from escort_mj.report.figures.drawing import style
-from escort_mj.signals import SIGNALS, record_size, record_sizes
-from tests.synthetic import build_trace, make_verdict
+from escort_mj.report.figures.figures import draw_figures
+from escort_mj.signals import SIGNALS
+from tests.synthetic import build_trace, describe, dimensions, make_verdict, pack
 
 ROBOT, TARGET, SAFE, RADIUS = 0.3, 0.4, 1.0, 3.0
 RATE = 10.0  # samples per second
@@ -100,49 +102,26 @@ def make_run(tmp_path_factory):
         places = np.zeros((obstacles, axes))
         places[:, 0] = 2.0 + 2.0 * np.arange(obstacles)
         places[:, 1] = np.where(np.arange(obstacles) % 2, 4.5, -4.5)
-        sizes = record_sizes(
-            {
-                "n": count,
-                "p": axes,
-                "m": obstacles,
-                "behaviors": 2,
-                "coordinates": count * axes,
-                "watched": 4,
-                "known": truth is not None,
-                "judged": truth == "lyapunov",
-            }
+        sizes = dimensions(
+            count, axes, obstacles, truth=False, known=truth is not None, judged=truth == "lyapunov"
         )
-        labels = {
-            "obstacles": [f"obstacle_{j + 1}" for j in range(obstacles)],
-            "bodies": [*(f"robot_{i + 1}" for i in range(count)), "target"]
-            + [*(f"obstacle_{j + 1}" for j in range(obstacles)), "floor"],
-            "body_groups": [*["robots"] * count, "target", *["obstacles"] * obstacles, "floor"],
-            "body_motions": [*["free"] * count, "led", *["still"] * obstacles, "still"],
-            "body_thickness": [2 * ROBOT] * count + [2 * TARGET] + [1.0] * obstacles + [None],
-            "groups": ["robots", "target", "obstacles", "walls"],
-            "behaviors": ["avoid_obstacles", "surface"],
-            "robot_mass": [1.0] * count,
-            "robot_radius": [ROBOT] * count,
-            "obstacle_radius": [0.5] * obstacles,
-            "force_limit": [10.0] * count,
-            "neighbors": [[i + 1, (i + 1) % count + 1] for i in range(count)] if count > 2 else [],
-            "spacing": [2 * RADIUS * math.sin(math.pi / count)] * count if count > 2 else [],
-            "attributes": {
-                "description": "",
-                "phases": "mission",
-                "seed": 0,
-                "height": ROBOT if axes == 2 else 0.0,
-                "gravity": 0.0,
-                "wind": 0.0,
-                "robots_mass": 5.0,
-                "title": title,
-                "timestep": 0.002,
-                "mission_radius": RADIUS,
-                "safe_distance": SAFE if obstacles else 0.0,
-                "safe_distance_measure": "surface" if obstacles else "none",
-                "target_radius": TARGET,
-            },
-        }
+        names = [f"obstacle_{j + 1}" for j in range(obstacles)]
+        labels = describe(
+            sizes,
+            obstacles=names,
+            bodies=[*(f"robot_{i + 1}" for i in range(count)), "target", *names, "floor"],
+            body_thickness=[2 * ROBOT] * count + [2 * TARGET] + [1.0] * obstacles + [None],
+            behaviors=["avoid_obstacles", "surface"],
+            robot_radius=[ROBOT] * count,
+            neighbors=[[i + 1, (i + 1) % count + 1] for i in range(count)] if count > 2 else [],
+            spacing=2 * RADIUS * math.sin(math.pi / count),
+            title=title,
+            height=ROBOT if axes == 2 else 0.0,
+            mission_radius=RADIUS,
+            target_radius=TARGET,
+            safe_distance=SAFE if obstacles else 0.0,
+            safe_distance_measure="surface" if obstacles else "none",
+        )
         rng = np.random.default_rng(3)
         distance = np.linalg.norm(q[:, :, None] - places, axis=-1)
         between = np.linalg.norm(q[:, :, None] - q[:, None], axis=-1) + np.diag([np.inf] * count)
@@ -152,7 +131,6 @@ def make_run(tmp_path_factory):
         clearance[..., 1] = np.linalg.norm(q - target[:, None], axis=-1) - ROBOT - TARGET
         clearance[..., 2] = distance.min(axis=2, initial=np.inf) - ROBOT - 0.5
         known = {
-            "time": time,
             "obstacle_position": np.tile(places, (samples, 1, 1)),
             "q": q,
             "target_position": target,
@@ -172,14 +150,12 @@ def make_run(tmp_path_factory):
             * time[:, None, None]
             * np.ones((1, count, 1)),
         }
-        blank = np.zeros((samples, record_size(sizes)))
-        columns = [
-            np.asarray(known[signal.name], float).reshape(samples, signal.size(sizes))
-            if signal.name in known and signal.recorded(sizes)
-            else blank[:, : signal.size(sizes)]
+        given = {
+            signal.name: known[signal.name]
             for signal in SIGNALS
-        ]
-        record = np.hstack(columns)
+            if signal.recorded(sizes) and signal.name in known
+        }
+        record = pack(time, sizes, **given)
         folder = RunFolder.create(tmp_path_factory.mktemp("run"))
         scenario = f"name: {title}\nvideo: {video}\n"
         folder.begin(scenario, model_xml(q[0], target[0], places) if samples else "", sizes, labels)
@@ -189,6 +165,17 @@ def make_run(tmp_path_factory):
         return folder.path
 
     return make
+
+
+@pytest.fixture(scope="session")
+def drawn(make_run) -> Path:
+    """A planar run whose figures were drawn, without a warning, of few pixels."""
+    folder = make_run(title="a <b> & c")
+    with pytest.MonkeyPatch.context() as patch, warnings.catch_warnings():
+        patch.setattr(style, "DPI", 60)
+        warnings.simplefilter("error")
+        draw_figures(folder)
+    return folder
 
 
 @pytest.fixture(autouse=True, scope="session")

@@ -6,19 +6,12 @@ from PIL import Image
 
 import escort_mj
 from escort_mj.api import load_scenario
-from escort_mj.errors import UsageError
 
 SHORT = {"duration": 1.0, "expect": []}
 
 
 def compared(scenario, laws, outer=(), seeds=1, out=None, **more):
     return escort_mj.compare(scenario, laws, outer, seeds, out, workers=1, progress=False, **more)
-
-
-@pytest.fixture
-def undrawn(monkeypatch):
-    """No figures, where others are looked at: drawing takes as long as all the rest."""
-    monkeypatch.setattr("escort_mj.report.comparison.draw_comparison", lambda *given: [])
 
 
 @pytest.fixture(scope="module")
@@ -52,7 +45,7 @@ def test_a_second_time_nothing_runs_unless_asked(whole, undrawn):
     assert again.lines[0] == "1 runs: 1 new, 0 from earlier"
 
 
-def test_a_comparison_is_a_study_with_its_report(whole):
+def test_a_comparison_is_a_study_with_its_report(whole, undrawn):
     out, result = whole
     assert "radius error" in result.report(out / "page.html").path.read_text()
 
@@ -73,12 +66,3 @@ def test_what_diverges_is_a_row_and_is_drawn(tmp_path, compiled):
     result = compared(runaway, "apd_smc", (), 1, tmp_path)
     assert result.passed and any("diverged" in line for line in result.lines)
     assert [path.name for path in (tmp_path / "figures").iterdir()] == ["comparison.png"]
-
-
-def test_what_cannot_be_done_is_said_before_anything_runs(tmp_path):
-    scenario = load_scenario("main", SHORT)
-    with pytest.raises(UsageError, match="--laws lqr"):
-        compared(scenario, ["lqr"], (), 1, tmp_path / "out")
-    with pytest.raises(UsageError, match='--outer nbs: .*did you mean "nsb"'):
-        compared(scenario, ["pd"], ["nbs"], 1, tmp_path / "out")
-    assert not (tmp_path / "out").exists()

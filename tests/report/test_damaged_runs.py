@@ -3,8 +3,10 @@
 import gc
 import json
 import random
+import shutil
 import sys
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -113,25 +115,26 @@ def damaged_json(content: bytes, draw: random.Random) -> bytes:
     return json.dumps(data).encode()
 
 
+@pytest.fixture
+def copy(whole, tmp_path) -> Path:
+    """A run folder to be damaged."""
+    return Path(shutil.copytree(whole.path, tmp_path / "whole"))
+
+
 @pytest.mark.slow_cases("outcome.json")
 @pytest.mark.parametrize("name", JSON)
-def test_json(whole, draws, name, monkeypatch) -> None:
+def test_json(whole, copy, draws, name, monkeypatch) -> None:
     monkeypatch.setattr(stored, "load_recording", lambda path: whole.recording)
-    file, refused = whole.path / name, 0
+    file, refused = copy / name, 0
     before = file.read_bytes()
-    try:
-        for draw in draws:
-            file.write_bytes(damaged_json(before, draw))
-            refused += refused_or(
-                lambda: (page("run.html", _parts(read_run(whole.path))), Stored(whole.path))
-            )
-        file.unlink()
-        assert refused_or(lambda: read_run(whole.path)) == (name == "outcome.json")
-        file.write_text("[]")
-        with pytest.raises(RunFolderError, match=f"{name}: is damaged: it is '"):
-            read_run(whole.path)
-    finally:
-        file.write_bytes(before)
+    for draw in draws:
+        file.write_bytes(damaged_json(before, draw))
+        refused += refused_or(lambda: (page("run.html", _parts(read_run(copy))), Stored(copy)))
+    file.unlink()
+    assert refused_or(lambda: read_run(copy)) == (name == "outcome.json")
+    file.write_text("[]")
+    with pytest.raises(RunFolderError, match=f"{name}: is damaged: it is '"):
+        read_run(copy)
     assert refused > len(draws) // 4
 
 
@@ -193,31 +196,21 @@ def test_bytes_of_a_trace(whole, draws, tmp_path, capfd, monkeypatch) -> None:
     assert refused > 3 and not lost and capfd.readouterr() == ("", "")
 
 
-def test_scenario_and_model(whole, draws) -> None:
-    text, file = (whole.path / "scenario.yaml").read_bytes(), whole.path / "scenario.yaml"
+def test_scenario_and_model(whole, copy, draws) -> None:
+    text, file = (copy / "scenario.yaml").read_bytes(), copy / "scenario.yaml"
     refused = 0
     for draw in draws:
         changed = damaged_bytes(text, draw).decode("utf-8", "replace")
         refused += refused_or(lambda changed=changed: stored_scenario(changed, file))
     assert refused > len(draws) // 4
-    for garbled in (
-        "plugins: 3",
-        "plugins: [3]",
-        "plugins: [{file: 3}]",
-        "plugins: [{file: [x]}]",
-        "plugins: {a: 1}",
-    ):
-        assert refused_or(lambda garbled=garbled: stored_scenario(garbled, file)), garbled
-    (whole.path / "resolved.yaml").write_text("[]")
+    for garbled in ("3", "[3]", "[{file: 3}]", "[{file: [x]}]", "{a: 1}"):
+        assert refused_or(lambda garbled=garbled: stored_scenario(f"plugins: {garbled}", file)), garbled
+    (copy / "resolved.yaml").write_text("[]")
     with pytest.raises(ScenarioError, match=r"whole/resolved\.yaml:1:1: found an empty list"):
-        api.open_run(whole.path).scenario  # noqa: B018
-    file = whole.path / "model.xml"
-    model = file.read_bytes()
-    try:
-        for wrong in (b"", model[:500], b"<mujoco/>", b"\xff\xfe"):
-            file.write_bytes(wrong)
-            assert refused_or(lambda: Stored(whole.path))
-            with pytest.raises(RunFolderError, match=r"model\.xml: "):
-                export_run(whole, whole.path / "world.xml")
-    finally:
-        file.write_bytes(model)
+        api.open_run(copy).scenario  # noqa: B018
+    file = copy / "model.xml"
+    for wrong in (b"", file.read_bytes()[:500], b"<mujoco/>", b"\xff\xfe"):
+        file.write_bytes(wrong)
+        assert refused_or(lambda: Stored(copy))
+        with pytest.raises(RunFolderError, match=r"model\.xml: "):
+            export_run(replace(whole, path=copy), copy / "world.xml")

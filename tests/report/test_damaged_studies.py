@@ -2,6 +2,7 @@
 
 import json
 import random
+import shutil
 import sqlite3
 from pathlib import Path
 from typing import Any
@@ -44,65 +45,24 @@ def test_the_folder_is_in_order(folder) -> None:
     assert not refused_or(lambda: read(folder))
 
 
-def test_designs(folder, draws) -> None:  # noqa: F811
-    file, refused = folder / FILE, 0
-    before = file.read_bytes()
-    try:
-        for draw in draws:
-            file.write_bytes(damaged_json(before, draw))
-            refused += refused_or(lambda: read(folder))
-    finally:
-        file.write_bytes(before)
-    assert refused > 10
+def of_the_design(folder: Path, draw: random.Random) -> None:
+    (folder / FILE).write_bytes(damaged_json((folder / FILE).read_bytes(), draw))
 
 
-def whole_store(folder: Path) -> bytes:
-    """The store as one file, nothing of it in a journal."""
-    with sqlite3.connect(folder / STORE) as connection:
-        connection.execute("PRAGMA wal_checkpoint(TRUNCATE)")
-    return (folder / STORE).read_bytes()
+def of_the_store(folder: Path, draw: random.Random) -> None:
+    (folder / STORE).write_bytes(damaged_bytes((folder / STORE).read_bytes(), draw))
 
 
-def put(folder: Path, content: bytes) -> None:
-    for file in folder.glob(f"{STORE}*"):
-        file.unlink()
-    (folder / STORE).write_bytes(content)
-
-
-def test_bytes_of_a_store(folder, draws) -> None:  # noqa: F811
-    before, refused = whole_store(folder), 0
-    try:
-        for draw in draws:
-            put(folder, damaged_bytes(before, draw))
-            refused += refused_or(lambda: read(folder))
-    finally:
-        put(folder, before)
-    assert refused > 3
-
-
-def test_values_in_a_store(folder, draws) -> None:  # noqa: F811
-    before, refused = whole_store(folder), 0
-    with sqlite3.connect(folder / STORE) as connection:
-        columns = [row[1] for row in connection.execute("PRAGMA table_info(runs)")]
-    try:
-        for draw in draws:
-            put(folder, before)
-            change(folder, draw, columns)
-            refused += refused_or(lambda: read(folder))
-    finally:
-        put(folder, before)
-    assert refused > 10
-
-
-def change(folder: Path, draw: random.Random, columns: list[str]) -> None:
+def of_values(folder: Path, draw: random.Random) -> None:
     """Writes another value into a place of each run, or drops a column or a table."""
-    column, value = draw.choice([one for one in columns if one != "key"]), draw.choice(GARBLED)
+    value, kind = draw.choice(GARBLED), draw.random()
     text = json.dumps(value)
     written: Any = draw.choice(
         [text, text.encode(), b"\xff\x00", -7, 1e308, float("inf"), f"[{text}]", f'{{"a": {text}}}']
     )
     with sqlite3.connect(folder / STORE) as connection:
-        kind = draw.random()
+        columns = [row[1] for row in connection.execute("PRAGMA table_info(runs)")]
+        column = draw.choice([one for one in columns if one != "key"])
         if kind < 0.1:
             connection.execute(f"ALTER TABLE runs DROP COLUMN {column}")
         elif kind < 0.15:
@@ -111,3 +71,13 @@ def change(folder: Path, draw: random.Random, columns: list[str]) -> None:
             connection.execute("INSERT INTO claims VALUES ('x', ?, ?)", (written, written))
         else:
             connection.execute(f"UPDATE runs SET {column} = ?", (written,))
+
+
+@pytest.mark.parametrize(("damage", "least"), [(of_the_design, 10), (of_the_store, 3), (of_values, 10)])
+def test_damage_is_read_or_refused(folder, draws, tmp_path, damage, least) -> None:  # noqa: F811
+    refused = 0
+    for number, draw in enumerate(draws):
+        copy = Path(shutil.copytree(folder, tmp_path / str(number)))
+        damage(copy, draw)
+        refused += refused_or(lambda copy=copy: read(copy))
+    assert refused > least

@@ -9,7 +9,7 @@ import pytest
 from escort_mj.api import load_scenario
 from escort_mj.errors import WriteError
 from escort_mj.mission import fly
-from escort_mj.record.folder import RunFolder, StoredRun, read_run
+from escort_mj.record.folder import RunFolder, read_run
 from escort_mj.report.exports import write_states
 from escort_mj.report.video.replay import replay_of
 from escort_mj.scenario import Scenario, parse_scenario
@@ -26,18 +26,13 @@ FOUR_AXES = parse_scenario(
 )
 
 
-@pytest.fixture(scope="module")
-def run(compiled, tmp_path_factory) -> StoredRun:
-    with RunFolder.create(tmp_path_factory.mktemp("run") / "told") as folder:
-        fly(COLLISION, folder)
-    return read_run(folder.path)
-
-
 @pytest.mark.parametrize("scenario", [COLLISION, FOUR_AXES], ids=["collision", "four axes"])
-def test_states_are_played_by_mujoco(scenario: Scenario, tmp_path: Path) -> None:
+def test_states_are_played_by_mujoco(compiled: None, scenario: Scenario, tmp_path: Path) -> None:
     with RunFolder.create(tmp_path / "run") as folder:
         fly(scenario, folder)
     run = read_run(folder.path)
+    with pytest.raises(WriteError, match="cannot be written: No such file or directory"):
+        write_states(run, tmp_path / "nowhere" / "run.npz")
     write_states(run, tmp_path / "run.npz")
     with np.load(tmp_path / "run.npz") as found:  # refuses pickles
         model = mujoco.MjModel.from_xml_string(str(found["model"]))
@@ -59,8 +54,3 @@ def test_states_are_played_by_mujoco(scenario: Scenario, tmp_path: Path) -> None
         if run.trace.sizes["axis"] == 2:  # two slides a robot: velocities are the robots'
             speeds = found["qvel"].reshape(len(replay.time), -1, 2)
             np.testing.assert_allclose(speeds[1:40], run.trace["v"].values[1:40], atol=1e-6)
-
-
-def test_where_nothing_can_be_written(run, tmp_path: Path) -> None:
-    with pytest.raises(WriteError, match="cannot be written: No such file or directory"):
-        write_states(run, tmp_path / "nowhere" / "a.npz")

@@ -43,7 +43,10 @@ def plant(cell: Cell, seed: int) -> Mapping[str, float | None] | str:
     }
 
 
-def design(folder: Path, text: str = STUDY) -> Design:
+def design(folder: Path, text: str = STUDY, scenario: str = "") -> Design:
+    """A study laid out; its scenario may stand beside it, in one.yaml."""
+    if scenario:
+        (folder / "one.yaml").write_text(scenario)
     path = folder / "study.yaml"
     path.write_text(text)
     return Design(load_study(path), scenarios_folder())

@@ -10,6 +10,7 @@ from matplotlib.colors import to_rgb
 from escort_mj import palette
 from escort_mj.report.figures.drawing.look import look_of, looking
 from escort_mj.report.figures.figures import figure_of, plots_of
+from tests.report.figures.test_figures import assert_words_inside
 from tests.synthetic import make_trace
 
 TIME = np.arange(0.0, 20.0, 0.1)
@@ -111,11 +112,7 @@ def test_the_figure_is_drawn_of_any_team(trace):
 
 
 def test_a_narrow_figure_holds_all_its_words(trace):
-    canvas = drawn(trace, "knowledge", width="column", font_size=6.5)
-    renderer, (_, _, right, top) = canvas.canvas.get_renderer(), canvas.bbox.extents
-    for part in [*canvas.axes, *canvas.texts, *canvas.legends]:
-        box = part.get_tightbbox(renderer)
-        assert box.x0 > -1 and box.y0 > -1 and box.x1 < right + 1 and box.y1 < top + 1, part
+    assert_words_inside(drawn(trace, "knowledge", width="column", font_size=6.5))
 
 
 @pytest.mark.parametrize("axes", [2, 3, 4])

@@ -3,6 +3,7 @@
 import base64
 import json
 import re
+import shutil
 from dataclasses import asdict
 from pathlib import Path
 from types import SimpleNamespace
@@ -30,8 +31,8 @@ def whole(data: str, kind: str) -> np.ndarray:
 
 
 @pytest.fixture(scope="module")
-def folder(make_run) -> Path:
-    path = make_run(title="a <b> & c", count=5, samples=60)
+def folder(drawn: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = Path(shutil.copytree(drawn, tmp_path_factory.mktemp("page") / "run"))
     (path / "verdicts.json").write_text(json.dumps([verdict(), verdict(False, "none", 2.5)]))
     write_run_page(path)
     return path

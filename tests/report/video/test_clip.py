@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 
 from escort_mj import palette
-from escort_mj.record.folder import read_run
 from escort_mj.record.outcome import Outcome
 from escort_mj.report.video import video
 from escort_mj.report.video.clip import LENGTH, plan_clip
@@ -116,13 +115,3 @@ def test_bodies_that_the_model_does_not_have_are_not_marked(meeting):
         json.dumps([asdict(verdict(time=3.0, bodies=("robot_1", "ghost")))])
     )
     assert len(read(video.render_clip(meeting, SMALL))) > 30
-
-
-def test_a_new_run_takes_the_old_clip_away(meeting, tmp_path):
-    from escort_mj.record.folder import RunFolder
-
-    assert read_run(meeting).path == meeting
-    folder = RunFolder.create(tmp_path / "run")
-    (folder.path / "clip.mp4").write_text("old")
-    folder.fail("broke")
-    assert not (RunFolder.create(tmp_path / "run", overwrite=True).path / "clip.mp4").exists()

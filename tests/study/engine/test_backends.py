@@ -9,7 +9,6 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -17,64 +16,49 @@ from escort_mj.study.engine.backends import Backend, dask, local, threads
 from escort_mj.study.engine.parallel import Died
 from tests.study.jobs import Job, sleep, stumble, work
 
-LOCAL = pytest.param(lambda: local(2), id="local")
+DASK = pytest.param("dask", marks=pytest.mark.slow)
 
 
-def backends() -> list[Any]:
-    found: list[Any] = [
-        pytest.param(lambda: local(1), id="here"),
-        LOCAL,
-    ]
-    try:
-        import distributed  # noqa: F401
-    except ImportError:
-        return found
-    return [*found, pytest.param(lambda: dask(2), id="dask")]
+def start(kind: str) -> AbstractContextManager[Backend[Job, int]]:
+    """A backend of two workers, or none."""
+    if kind == "dask":
+        pytest.importorskip("distributed", reason="Dask is an extra")
+    make = {"dask": dask, "threads": threads}.get(kind, local)
+    return make(1 if kind == "here" else 2)
 
 
-THREADS = pytest.param(lambda: threads(2), id="threads")
-
-
-def slow(cases: list[Any]) -> list[Any]:
-    return [pytest.param(*case.values, id=case.id, marks=pytest.mark.slow) for case in cases]
-
-
-Make = Callable[[], AbstractContextManager[Backend[Job, int]]]
-
-
-@pytest.mark.parametrize("make", [*backends()[:2], THREADS])  # dask: below, where a worker dies
-def test_every_job_once(make: Make, tmp_path: Path) -> None:
+@pytest.mark.parametrize("kind", ["here", "local", "threads"])  # dask: below, where a worker dies
+def test_every_job_once(kind: str, tmp_path: Path) -> None:
     jobs = [Job(number, tmp_path) for number in range(40)]
-    with make() as backend:
+    with start(kind) as backend:
         results = list(backend(work, iter(jobs)))
         assert list(backend(work, iter([]))) == []
     assert sorted(results) == [(job, job.number**2) for job in jobs]
     assert len(list(tmp_path.iterdir())) == 40
 
 
-@pytest.mark.slow_cases("dask")
-@pytest.mark.parametrize("make", backends()[1:])
-def test_a_worker_that_dies_takes_nothing_with_it(make: Make, tmp_path: Path) -> None:
+@pytest.mark.parametrize("kind", ["local", DASK])
+def test_a_worker_that_dies_takes_nothing_with_it(kind: str, tmp_path: Path) -> None:
     jobs = [Job(number, tmp_path, deaths=1 if number == 3 else 0) for number in range(30)]
-    with make() as backend:
+    with start(kind) as backend:
         results = list(backend(work, iter(jobs)))
     assert sorted(results) == [(job, job.number**2) for job in jobs]
 
 
-@pytest.mark.parametrize("make", [LOCAL, *slow(backends()[2:])])
-def test_a_job_that_kills_every_worker_becomes_a_result(make: Make, tmp_path: Path) -> None:
+@pytest.mark.parametrize("kind", ["local", DASK])
+def test_a_job_that_kills_every_worker_becomes_a_result(kind: str, tmp_path: Path) -> None:
     jobs = [Job(number, tmp_path, deaths=99 if number == 5 else 0) for number in range(12)]
-    with make() as backend:
+    with start(kind) as backend:
         results = dict(backend(work, iter(jobs)))
     died = results.pop(jobs[5])
     assert isinstance(died, Died)
-    assert died == ("killed by SIGKILL" if make is LOCAL.values[0] else "")  # Dask does not say
+    assert died == ("killed by SIGKILL" if kind == "local" else "")  # Dask does not say
     assert results == {job: job.number**2 for job in jobs if job.number != 5}
 
 
-@pytest.mark.parametrize("make", [*backends()[:2], *slow(backends()[2:]), THREADS])
-def test_an_error_of_the_job_is_an_error(make: Make, tmp_path: Path) -> None:
-    with pytest.raises(ValueError, match="job 0"), make() as backend:
+@pytest.mark.parametrize("kind", ["here", "local", "threads", DASK])
+def test_an_error_of_the_job_is_an_error(kind: str, tmp_path: Path) -> None:
+    with pytest.raises(ValueError, match="job 0"), start(kind) as backend:
         list(backend(stumble, iter([Job(0, tmp_path)])))
 
 
@@ -180,15 +164,15 @@ if __name__ == "__main__":
     assert done.returncode == 130  # and nobody holds its output any longer
 
 
-@pytest.mark.parametrize("make", [LOCAL, *slow(backends()[2:])])
-def test_an_interrupt_leaves_no_worker(make: Make, tmp_path: Path) -> None:
+@pytest.mark.parametrize("kind", ["local", DASK])
+def test_an_interrupt_leaves_no_worker(kind: str, tmp_path: Path) -> None:
     def interrupt() -> None:
         until(lambda: len(list(tmp_path.iterdir())) == 2)
         os.kill(os.getpid(), signal.SIGINT)
 
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     try:
-        with pytest.raises(KeyboardInterrupt), make() as backend:
+        with pytest.raises(KeyboardInterrupt), start(kind) as backend:
             threading.Thread(target=interrupt, daemon=True).start()
             list(backend(sleep, [Job(number, tmp_path) for number in range(4)]))
     finally:

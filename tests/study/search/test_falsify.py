@@ -4,14 +4,13 @@ from pathlib import Path
 
 import pytest
 
-from escort_mj.api import scenarios_folder
 from escort_mj.errors import ScenarioError
 from escort_mj.mission import fly
 from escort_mj.scenario import load_file
 from escort_mj.study.engine.backends import here
 from escort_mj.study.search.falsify import falsification_lines, falsify_design
-from escort_mj.study.sweeps.definition import load_study
 from escort_mj.study.sweeps.design import Design
+from tests.study import planted
 
 STUDY = """
 study: planted
@@ -36,9 +35,7 @@ expect: [{metric: radius_error_max, at_most: 1}]
 
 
 def design(folder: Path, text: str = STUDY) -> Design:
-    (folder / "one.yaml").write_text(SCENARIO)
-    (folder / "study.yaml").write_text(text)
-    return Design(load_study(folder / "study.yaml"), scenarios_folder())
+    return planted.design(folder, text, SCENARIO)
 
 
 @pytest.mark.slow_cases("cmaes")

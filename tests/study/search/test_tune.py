@@ -6,7 +6,6 @@ from pathlib import Path
 
 import pytest
 
-from escort_mj.api import scenarios_folder
 from escort_mj.errors import ScenarioError, UsageError
 from escort_mj.mission import fly
 from escort_mj.report.figures.studies.tuning import draw_tuning
@@ -16,8 +15,8 @@ from escort_mj.study.engine.store import Row
 from escort_mj.study.search.evaluate import base_of
 from escort_mj.study.search.tune import _gain, tune_design
 from escort_mj.study.search.tuned import tuning_lines
-from escort_mj.study.sweeps.definition import load_study
 from escort_mj.study.sweeps.design import Design
+from tests.study import planted
 
 SCENARIO = """
 name: one
@@ -42,9 +41,7 @@ tune:
 
 
 def design(folder: Path, text: str = STUDY) -> Design:
-    (folder / "one.yaml").write_text(SCENARIO)
-    (folder / "study.yaml").write_text(text)
-    return Design(load_study(folder / "study.yaml"), scenarios_folder())
+    return planted.design(folder, text, SCENARIO)
 
 
 def trials(folder: Path) -> list[dict[str, str]]:

@@ -13,7 +13,6 @@ from pathlib import Path
 
 import pytest
 
-from escort_mj.api import scenarios_folder
 from escort_mj.errors import EscortError, ScenarioError, UsageError
 from escort_mj.measuring import measures_of
 from escort_mj.mission import fly
@@ -23,11 +22,11 @@ from escort_mj.stopping import Interrupted
 from escort_mj.study.engine.backends import dask, here, local
 from escort_mj.study.engine.store import FILE, Row, Store
 from escort_mj.study.engine.work import Job, perform
-from escort_mj.study.sweeps.definition import load_study
 from escort_mj.study.sweeps.design import Design
 from escort_mj.study.sweeps.sweep import check_size, sweep_design
 from tests.limits import files_up_to
 from tests.plugged import METRIC
+from tests.study import planted
 
 STUDY = """
 study: small
@@ -39,9 +38,7 @@ vary: {controller: [apd_smc, pd], robots.mass: [0.5, 2]}
 
 
 def design(folder: Path, text: str = STUDY) -> Design:
-    path = folder / "study.yaml"
-    path.write_text(text)
-    return Design(load_study(path), scenarios_folder())
+    return planted.design(folder, text)
 
 
 def table(folder: Path) -> list[dict[str, str]]:
@@ -218,12 +215,11 @@ def whole(compiled: None, tmp_path_factory: pytest.TempPathFactory) -> bytes:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("times", [1, pytest.param(2, marks=pytest.mark.slow)])
-def test_killed_and_begun_again_nothing_is_lost_or_doubled(tmp_path: Path, whole: bytes, times: int) -> None:
+def test_killed_twice_and_begun_again_nothing_is_lost_or_doubled(tmp_path: Path, whole: bytes) -> None:
     design(tmp_path, MANY)
     out = tmp_path / "out"
     chance, kills, reached = random.Random(4), 0, 0
-    while reached < 32 and kills < times:
+    while reached < 32 and kills < 2:
         process = begin(tmp_path, out, 1 + kills % 2)
         goal = min(reached + chance.randint(1, 9), 31)
         deadline = time.monotonic() + 120.0

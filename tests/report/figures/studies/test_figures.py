@@ -11,7 +11,7 @@ from matplotlib.text import Text
 from PIL import Image
 
 from escort_mj.report.figures.drawing import scales
-from escort_mj.report.figures.studies import heat_maps, tradeoff
+from escort_mj.report.figures.studies import curves, heat_maps, tradeoff
 from escort_mj.report.figures.studies.figures import draw_study
 from escort_mj.study.sweeps.quantities import EFFORT, PASSED, PRECISION, QUANTITIES, SAFETY
 from tests.study.planted import STUDY, plant, results
@@ -114,7 +114,8 @@ def test_figures_of_runs_that_all_broke(tmp_path: Path) -> None:
 
 
 def test_names_of_files_have_no_dots_and_are_apart(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    for module, name in ((heat_maps, "draw_map"), (tradeoff, "draw_tradeoff")):
+    (tmp_path / "figures").mkdir()
+    for module, name in ((heat_maps, "draw_map"), (tradeoff, "draw_tradeoff"), (curves, "draw_study_curves")):
         monkeypatch.setattr(module, name, lambda path, *_: path.touch())  # how they look is tested above
     text = "study: drawn\nscenario: main\nparameters: {robots_mass: 1}\n"
     text += "set: {expect: [], 'robots.overrides[0]': {robot: 1}, duration: '{robots_mass}'}\n"
