@@ -22,6 +22,7 @@ def test_a_column_for_each_number(make_trace) -> None:
             np.testing.assert_array_equal(column, trace["q"].sel(robot=robot, axis=axis).values)
     numbers = sum(s.size for s in trace.data_vars.values() if s.dims[:1] == ("time",))
     assert rows.size == numbers + 7
+    assert {"heard_from.robot_1.slot_1", "heard_from.robot_1.slot_2"} <= {*rows}
 
 
 def test_numbers_read_back_exactly(make_trace, tmp_path: Path) -> None:

@@ -1,16 +1,12 @@
 import json
 import threading
-from pathlib import Path
 
 import pytest
 
 from escort_mj.errors import BrokenRunError, RunFolderError, UsageError
 from escort_mj.record.folder import CHECK, RUN, STUDY, OccupiedError, RunFolder, free_place, read_run
+from tests.record.test_folder import outcome_of
 from tests.synthetic import begin_run
-
-
-def outcome_of(path: Path) -> dict:
-    return json.loads((path / "outcome.json").read_text(), parse_constant=pytest.fail)
 
 
 class TestWhoMayWrite:

@@ -1,8 +1,6 @@
-import json
 import os
 import subprocess
 import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,10 +8,7 @@ import xarray
 
 from escort_mj.errors import RunFolderError
 from escort_mj.record.folder import read_run
-
-
-def outcome_of(path: Path) -> dict:
-    return json.loads((path / "outcome.json").read_text(), parse_constant=pytest.fail)
+from tests.record.test_folder import outcome_of
 
 
 class TestARunThatDies:

@@ -168,7 +168,7 @@ def make_run(tmp_path_factory):
 
 
 @pytest.fixture(scope="session")
-def drawn(make_run) -> Path:
+def drawn_run(make_run) -> Path:
     """A planar run whose figures were drawn, without a warning, of few pixels."""
     folder = make_run(title="a <b> & c")
     with pytest.MonkeyPatch.context() as patch, warnings.catch_warnings():

@@ -52,8 +52,8 @@ MISSIONS = {
 }
 
 
-def test_a_mission_gets_its_figures_without_a_warning(drawn):
-    assert_drawn([*(drawn / "figures").iterdir()], NEAR)
+def test_a_mission_gets_its_figures_without_a_warning(drawn_run):
+    assert_drawn([*(drawn_run / "figures").iterdir()], NEAR)
 
 
 @pytest.mark.slow
@@ -168,13 +168,18 @@ def test_narrow_figures_hold_all_their_words(make_run, name):
 
 
 @pytest.mark.parametrize("width", ["column", "page"])
-def test_paths_in_space_hold_all_their_words(make_run, width):
+def test_paths_in_space_hold_all_their_words_and_numbers(make_run, width):
+    """Numbers along z once were drawn as the commands of their typesetting."""
     trace = read_run(make_run(count=6, axes=3)).trace
     way = np.linspace(0.0, 40.0, trace.sizes["time"])  # far along x, as missions go
     trace["q"][:, :, 0] += way[:, None]
     trace["target_position"][:, 0] += way
     with looking(look_of(width)):
-        assert_words_inside(figure_of(trace, "paths"))
+        canvas = figure_of(trace, "paths")
+    assert_words_inside(canvas)
+    (axes,) = canvas.axes
+    ticks = [axes.xaxis, axes.yaxis, axes.zaxis]
+    assert all(label.get_parse_math() for axis in ticks for label in axis.get_ticklabels())
 
 
 def test_labels_in_space_lie_beside_the_color_bar_and_above_the_legend(make_run):

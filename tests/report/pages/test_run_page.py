@@ -31,8 +31,8 @@ def whole(data: str, kind: str) -> np.ndarray:
 
 
 @pytest.fixture(scope="module")
-def folder(drawn: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    path = Path(shutil.copytree(drawn, tmp_path_factory.mktemp("page") / "run"))
+def folder(drawn_run: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = Path(shutil.copytree(drawn_run, tmp_path_factory.mktemp("page") / "run"))
     (path / "verdicts.json").write_text(json.dumps([verdict(), verdict(False, "none", 2.5)]))
     write_run_page(path)
     return path

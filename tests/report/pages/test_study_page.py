@@ -10,7 +10,7 @@ from typer.testing import CliRunner
 
 from escort_mj.cli import app
 from escort_mj.errors import UsageError
-from escort_mj.report.figures.studies import heat_maps
+from escort_mj.report.figures.studies import curves, heat_maps
 from escort_mj.report.pages.html import Table, Text, templates
 from escort_mj.report.pages.study_page import write_study_page
 from escort_mj.scenario import parse_scenario
@@ -31,11 +31,13 @@ tell({
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Without its maps, which take longest: an empty picture stands for each."""
+    """Most of its pictures are empty: how they look is tested where they are drawn."""
     out = study_folder(tmp_path_factory.mktemp("page"))
+    (out / "figures").mkdir()
     empty = '<svg xmlns="http://www.w3.org/2000/svg" width="500" height="300"/>'
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(heat_maps, "draw_map", lambda path, *_: path.write_text(empty))
+        for module, name in ((heat_maps, "draw_map"), (curves, "draw_study_curves")):
+            patch.setattr(module, name, lambda path, *_: path.write_text(empty))
         write_study_page(out)
     return out
 

@@ -69,11 +69,6 @@ def test_cases_that_differ_in_a_flag_or_a_list_are_no_equals(tmp_path: Path) -> 
         load_study(written(tmp_path, text.replace("true", "1.0")))
 
 
-def test_an_override_of_what_is_varied_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(ScenarioError, match="vary.controller: is given in set too"):
-        load_study(written(tmp_path, GOOD), ["controller=pd"])
-
-
 def test_what_is_no_study_is_refused(tmp_path: Path) -> None:
     with pytest.raises(ScenarioError, match="is no study"):
         load_study(written(tmp_path, "scenario: main\n"))

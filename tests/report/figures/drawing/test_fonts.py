@@ -6,11 +6,9 @@ from matplotlib.font_manager import FontEntry, fontManager
 from matplotlib.mathtext import MathTextParser
 from PIL import Image
 
-from escort_mj.record.folder import read_run
 from escort_mj.report.figures.drawing import fonts, style
 from escort_mj.report.figures.drawing.fonts import BOX, FONT, finish_texts, font_file, legible
 from escort_mj.report.figures.drawing.style import figure
-from escort_mj.report.figures.figures import figure_of
 
 NOWHERE = "\U0010fffd"  # of the private use planes: no font has it
 
@@ -82,12 +80,3 @@ def test_plain_words_keep_the_one_font(tmp_path):
 
 def _stix() -> str:
     return font_file().replace("DejaVuSans.ttf", "STIXGeneral.ttf")
-
-
-def test_numbers_along_all_axes_of_space_are_drawn_as_numbers(make_run):
-    """Those along z once were drawn as the commands of their typesetting."""
-    canvas = figure_of(read_run(make_run(axes=3)).trace, "paths")
-    canvas.draw_without_rendering()
-    (axes,) = canvas.axes
-    ticks = [axes.xaxis, axes.yaxis, axes.zaxis]
-    assert all(label.get_parse_math() for axis in ticks for label in axis.get_ticklabels())
