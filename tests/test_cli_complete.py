@@ -92,7 +92,7 @@ def test_keys_and_values() -> None:
         "controller.anti_windup=false",
     ]
     assert complete.overrides("nothing=") == []
-    assert complete.laws("apd_smc,p") == ["apd_smc,pd", "apd_smc,pd_smc"]
+    assert complete.laws("apd_smc,pd,p") == ["apd_smc,pd,pd_smc"]
     assert complete.outer_loops("n") == ["nsb"]
 
 
