@@ -55,8 +55,8 @@ def viewer(tape, monkeypatch):
 FAILING = (
     MISSION.partition("expect")[0]
     + """expect:
-  - {metric: robot_distance_min, at_least: 90, after: 0.6, before: 0.9}
   - {metric: radius_error_max, at_most: 0.001, after: 1}
+  - {metric: robot_distance_min, at_least: 90, after: 0.6, before: 0.9}
   - {metric: radius_error_max, at_most: 1.0e-9, xfail: they start elsewhere}
 """
 )
