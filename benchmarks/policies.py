@@ -124,7 +124,7 @@ def _row(name: str, runs: list[Run]) -> list[str]:
 
 def _rows(gains: Array) -> Iterator[list[str]]:
     missions = [load_scenario("main", CHORDS | {"seed": seed}) for seed in HELD_OUT]
-    yield _row("NSB and APD-SMC", [Run(fly(mission)) for mission in missions])
+    yield _row("set-based and APD-SMC", [Run(fly(mission)) for mission in missions])
     by_hand = np.array(list(BY_HAND.values()))
     for name, chosen in (("policy, gains by hand", by_hand), ("policy, trained", gains)):
         yield _row(name, [flown(mission, policy(chosen, mission.axes))[0] for mission in missions])

@@ -11,6 +11,7 @@ import pytest
 from escort_mj.cli import app
 from escort_mj.cli.app import Answer, finish
 from escort_mj.cli.streams import OUTPUT
+from tests.plugged import LAW
 from tests.test_cli import QUIET, command
 
 __all__ = ["command"]
@@ -103,3 +104,10 @@ def test_what_json_has_no_word_for(capfd, monkeypatch: pytest.MonkeyPatch) -> No
         finish("run", Answer([], {"value": float("nan"), "path": Path("a"), "pair": (1, 2)}, 1))
     document = {"command": "run", "exit_code": 1, "value": None, "path": "a", "pair": [1, 2]}
     assert json.loads(capfd.readouterr().out) == document
+
+
+def test_a_run_that_breaks_off_before_its_first_sample_says_why(answer, one_figure, tmp_path: Path) -> None:
+    (tmp_path / "own_law.py").write_text(LAW)
+    law = "controller={law: pid, fails_at: -1}"
+    told = answer("run", "five.yaml", "--plugin", "own_law.py", "--set", law, "--no-video")
+    assert told["outcome"] == "failed" and "a plugin raised an error at 0.00 s" in told["message"]

@@ -81,7 +81,8 @@ def run_command(
             result = api.fly(mission, folder, progress, interpret=given["interpreted"])
         for line in _lines(result):
             tell(line)
-        written = draw(path, draw_figures, video, report)
+        seen = result.recording is not None and result.recording["time"].values.size > 0  # something to draw
+        written = draw(path, draw_figures if seen else None, video and seen, report and seen)
     told = judged(result, path, written) | {"outcome": result.outcome.value}
     return Answer([wrote(path, written)], told, exit_code(result))
 

@@ -110,5 +110,5 @@ def _memories_of(kind: type[Equations]) -> dict[str, Memory]:
 def kind_word(component: type[Any]) -> str:
     """Return what kind of component a class is, in words: the name of the base class of its kind."""
     kinds = [each for each in component.__mro__ if each not in (Member, Component, Equations)]
-    base = next((each for each in reversed(kinds) if issubclass(each, Member)), component)
+    base = next((each for each in reversed(kinds) if issubclass(each, Member) and each.plural), component)
     return " ".join(re.findall("[A-Z][a-z]*", base.__name__)).lower()

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Annotated, Any, Literal, get_args
 
 import numpy as np
+from numpy.typing import NDArray
 from pydantic import BeforeValidator, Field
 from pydantic_core import PydanticCustomError
 
@@ -14,9 +15,12 @@ from escort_mj.expectations.expectation import Judgment, Windowed, not_judged, n
 from escort_mj.measuring import EMPTY
 from escort_mj.metrics.measure import Bodies
 from escort_mj.metrics.simulation import fastest_points, tunneling
+from escort_mj.metrics.tethers import stretches, tethers
 from escort_mj.record.outcome import Outcome
 from escort_mj.record.recording import Recorded, is_log
 from escort_mj.record.window import window
+
+Array = NDArray[np.float64]
 
 MAY_BE_INFINITE = ("clearance", "target_clearance", "lidar_range", "watch_value")  # where nothing is near
 
@@ -132,12 +136,12 @@ def _finite(trace: Recorded, outcome: Outcome) -> Report:
 
 
 def _energy(trace: Recorded) -> Report:
-    """Robots move with no more energy than motors, disturbance, gravity, wind and touches gave them.
+    """Robots move with no more energy than motors, disturbance, gravity, wind, tethers and touches gave them.
 
-    Each is bounded from above: gravity and disturbance as if they pulled along the motion, wind as if it gave
-    robots its own speed, and a touch as if its impulse came from a body as fast as the fastest point of a
-    robot and the closing speed together, or as the former where bodies come apart. Twice that is allowed, and
-    what one step adds from rest.
+    Each is bounded from above: gravity, disturbance and tethers as if they pulled along the motion, wind as
+    if it gave robots its own speed, and a touch as if its impulse came from a body as fast as the fastest
+    point of a robot and the closing speed together, or as the former where bodies come apart. Twice that is
+    allowed, and what one step adds from rest.
     """
     about = {name: float(trace.attrs[name]) for name in ("gravity", "wind", "robots_mass", "timestep")}
     mass, speed, time = (trace[name].values for name in ("robot_mass", "speed_max", "time"))
@@ -146,7 +150,7 @@ def _energy(trace: Recorded) -> Report:
     )
     weight = about["robots_mass"] * about["gravity"]
     path = speed * np.diff(time, prepend=time[0])[:, None]
-    pulled = (disturbance * path).sum(axis=1) + weight * path.max(axis=1)
+    pulled = (disturbance * path).sum(axis=1) + weight * path.max(axis=1) + _tethers_pull(trace, path)
     first = (mass * start[0] ** 2 + (force.max(axis=0) * about["timestep"]) ** 2 / mass).sum()
     first += about["robots_mass"] * ((about["gravity"] * about["timestep"]) ** 2 + about["wind"] ** 2)
     work = (trace["work"].values - trace["work"].values[0]).sum(axis=1)
@@ -161,6 +165,24 @@ def _energy(trace: Recorded) -> Report:
     words = f"kinetic energy {value:.3g} J of at most {most:.3g} J at {moment:.2f} s"
     robot = (f"robot_{int(np.argmax(mass * speed[row] ** 2)) + 1}",)
     return Report(most >= value, words, value, "J", moment, robot, most - value, float(room[row]))
+
+
+def _tethers_pull(trace: Recorded, path: Array) -> Array:
+    """Return what tethers give robots until each sample at most, as if they pulled along the motion [J].
+
+    Args:
+        trace: Gives how far tethers are stretched.
+        path: Of each robot since the sample before, shape (time, n) [m].
+    """
+    between = tethers(trace)
+    if not len(between):
+        return np.zeros(len(path))
+    stiffness = np.reshape(trace.attrs.get("tether_stiffness", np.zeros(len(between))), -1)
+    tension = stiffness * np.abs(stretches(trace))
+    tension = np.maximum(tension, np.concatenate([tension[:1], tension[:-1]]))
+    of_target = np.zeros((len(path), 1))  # which is no robot
+    ways = np.concatenate([of_target, path], axis=1)[:, between]
+    return np.asarray((tension * ways.sum(axis=2)).sum(axis=1))
 
 
 def _tunneling(trace: Recorded) -> Report:

@@ -259,7 +259,7 @@ def metric(
     every_step: bool = False,
     moment: bool = False,
     watches: tuple[Watch, ...] = (),
-    leaves_out: bool = False,
+    leaves_out: bool | None = None,
     needs: tuple[Need, ...] = (),
     tail: object = None,
 ) -> Callable[[F], F]:
@@ -287,7 +287,8 @@ def metric(
             what is watched between samples does; otherwise it is read at the samples.
         moment: Whether it is a moment of the run, which is looked for in all of it.
         watches: What an expectation of it asks about every physics step: then it counts these, too.
-        leaves_out: Whether robots that have failed are no part of it, so that a verdict names them.
+        leaves_out: Whether robots that have failed are no part of it, so that a verdict names them; None: as
+            `of_team`.
         needs: What a mission must have for it to have a value, such as `("goals",)`: where a scenario lacks
             it, an expectation of the metric is an error.
         tail: Of earlier versions; `over` says it now.
@@ -339,7 +340,7 @@ def metric(
             every_step,
             moment,
             watches,
-            leaves_out or of_team,
+            of_team if leaves_out is None else leaves_out,
             needs,
         )
         setattr(function, _MARK, made)

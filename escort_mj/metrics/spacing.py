@@ -69,13 +69,22 @@ def _nothing(trace: Recorded) -> Measure | None:
     return Measure(None, reason=BROKEN) if np.isnan(spacing_error(trace)).all() else None
 
 
-@metric(unit="m", over="tail", watched=False, rank=40, of_team=True, watches=(MEAN,))
+@metric(unit="m", over="tail", watched=False, rank=40, of_team=True, leaves_out=False, watches=(MEAN,))
 def spacing_error_mean(trace: Recorded) -> Measure:
     """Mean absolute deviation of the neighbor distances from even spacing."""
     return _nothing(trace) or Measure(mean_of(trace, MEAN))
 
 
-@metric(unit="m", over="tail", grows=True, watched=False, rank=50, of_team=True, watches=(LARGEST,))
+@metric(
+    unit="m",
+    over="tail",
+    grows=True,
+    watched=False,
+    rank=50,
+    of_team=True,
+    leaves_out=False,
+    watches=(LARGEST,),
+)
 def spacing_error_max(trace: Recorded) -> Measure:
     """Largest absolute deviation of a neighbor distance from even spacing."""
     return _nothing(trace) or worst_of(trace, LARGEST)

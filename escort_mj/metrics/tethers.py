@@ -22,7 +22,8 @@ def tethers(trace: Recorded) -> NDArray[np.int64]:
     return np.reshape(np.asarray(trace.attrs.get("tethers", ()), dtype=np.int64), (-1, 2))
 
 
-def _stretches(trace: Recorded) -> NDArray[np.float64]:
+def stretches(trace: Recorded) -> NDArray[np.float64]:
+    """Return the distances of the bodies on tethers beyond their lengths, shape (time, k) [m]."""
     bodies = np.concatenate([trace["target_position"].values[:, None], trace["q"].values], axis=1)
     ends = bodies[:, tethers(trace)]
     length = np.linalg.norm(ends[:, :, 1] - ends[:, :, 0], axis=2)
@@ -39,7 +40,7 @@ def _names(trace: Recorded) -> Callable[[int], Bodies]:
     return names
 
 
-STRETCH = Watch(Course("tether_stretch", ("q", "target_position"), simple(_stretches), _names), Fold.LARGEST)
+STRETCH = Watch(Course("tether_stretch", ("q", "target_position"), simple(stretches), _names), Fold.LARGEST)
 
 
 @metric(

@@ -130,6 +130,7 @@ def facts_of(scenario: Scenario, world: World) -> dict[str, Any]:
             ),
             "tethers": [end if end != "target" else 0 for each in tethers for end in each.between] or None,
             "tether_length": [each.length for each in tethers] or None,
+            "tether_stiffness": [each.stiffness or 0.0 for each in tethers] or None,
             "goal_reach": next(filter(None, (b.arrives_within for b in setup.all_behaviors)), 0.0),
             "safe_distance": avoid.safe_distance if avoid else 0.0,
             "safe_distance_measure": ("surface" if avoid.to_surface else "center") if avoid else "none",

@@ -110,3 +110,11 @@ def test_it_holds_a_robot_of_a_file_where_its_hull_is(
     np.testing.assert_allclose(sites, [[0.0, 0.0], [3.0, 0.0]], atol=1e-12)
     mission.step(0.02)
     assert mission.run().values["tether_stretch_max"] == pytest.approx(0.5, abs=1e-3)
+
+
+def test_what_a_stretched_one_gives_is_no_energy_from_nothing() -> None:
+    tether = {"between": [1, 2], "length": 5, "stiffness": 40}
+    robots = {"positions": [[6, 0], [-6, 0]], "tethers": [tether]}
+    keys = {"duration": 3, "robots": robots, "mission": {"max_speed": 2}, "expect": [{"sanity": ["energy"]}]}
+    run = escort_mj.run(keys, figures=False, video=False)
+    assert run.passed and max(run.trace["speed_max"].values.max(axis=0)) > 10.0

@@ -29,7 +29,7 @@ HALVINGS = 40  # of the step of the line search
 CLOSE = 1e-13  # of the velocities involved: a step that changes nothing
 MOST_SOFTENINGS = 40  # of the search for the speed limit; three to ten are needed
 INFEASIBLE = 1e-2  # violation, as a share of the change of velocity, from which on no velocity satisfies all
-LEAST_WEIGHT = 0.1  # of gaps of ten times the scale and more; nearer ones weigh up to 1
+LEAST_WEIGHT = 0.1  # of gaps of the scale and more; nearer ones weigh up to 1
 AT_LIMIT = 1e-11  # share of the limit by which what is found may miss it
 
 

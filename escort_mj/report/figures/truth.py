@@ -23,24 +23,28 @@ from escort_mj.report.figures.drawing.curves import (
     thin,
     timeline,
 )
-from escort_mj.report.figures.drawing.style import Key, name_robots
+from escort_mj.report.figures.drawing.look import NARROW
+from escort_mj.report.figures.drawing.style import Key, name_robots, narrow
 
 PLAYS_A_PART = 1e-9  # share of the largest cause; a smaller one is rounding
 REFERENCE: Any = {"linewidth": 0.6, "alpha": 0.8, "zorder": 1.9}  # behind the others: noise makes it jump
-LEGEND_ROOM = 0.35  # of the panel of causes, above its curves
+LEGEND_ROOM, NARROW_ROOM = 0.35, 0.6  # above the curves of the panel of causes, as a share of their height
 
 
 def truth_height(trace: Recorded, width: float) -> float:
     """Height of the figure [inches]."""
-    return 7.6 if "lyapunov" in trace else 3.4
+    return (3.4 if width > NARROW else 5.6) + 4.2 * ("lyapunov" in trace)
 
 
 def truth(figure: Figure, trace: Recorded) -> None:
     """Bounds of the mass matrix, reference torque beside its estimate, V1, and why V1 changes."""
-    rows = [["mass", "torque"]]
+    columns = 1 if narrow(figure) else 2
+    rows = [["mass"], ["torque"]] if columns == 1 else [["mass", "torque"]]
+    heights = [1.0] * len(rows)
     if "lyapunov" in trace:
-        rows += [["value", "value"], ["causes", "causes"]]
-    panels = figure.subplot_mosaic(cast(Any, rows), sharex=True, height_ratios=[1.0, 1.0, 1.25][: len(rows)])
+        rows += [["value"] * columns, ["causes"] * columns]
+        heights += [1.0, 1.25]
+    panels = figure.subplot_mosaic(cast(Any, rows), sharex=True, height_ratios=heights)
     _masses(panels["mass"], trace)
     _torques(panels["torque"], trace)
     if "lyapunov" in trace:
@@ -101,5 +105,6 @@ def _causes(axes: Axes, trace: Recorded) -> None:
         )
     log_scale(axes)
     low, high = axes.get_ylim()
-    axes.set_ylim(low, high * (high / low) ** LEGEND_ROOM)
-    axes.legend(loc="upper right", ncols=3)
+    thin_figure = narrow(cast(Figure, axes.figure))
+    axes.set_ylim(low, high * (high / low) ** (NARROW_ROOM if thin_figure else LEGEND_ROOM))
+    axes.legend(loc="upper right", ncols=1 if thin_figure else 3)

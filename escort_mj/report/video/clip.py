@@ -55,7 +55,7 @@ def plan_clip(run: StoredRun) -> Clip:
     worst = max(failed, key=_telling, default=None)
     moment, bodies = (None, ()) if worst is None else (worst.time, worst.bodies)
     moment = last if moment is None else min(max(moment, first), last)
-    span = min(PAIR_SPAN if len(bodies) > 1 else LONE_SPAN, last - first)
+    span = min(PAIR_SPAN if len(bodies) == 2 else LONE_SPAN, last - first)
     start = min(max(moment - BEFORE * span, first), last - span)
     words = str(run.outcome["message"]) if worst is None else worst.message
     return Clip(start, start + span, moment, max(span / LENGTH, 1e-3), bodies, words)
@@ -133,7 +133,7 @@ class Rings:
     @property
     def _meets(self) -> bool:
         """Whether it is about two bodies, and where they meet."""
-        return len(self._bodies) > 1 or (self._on_floor and bool(self._bodies))
+        return len(self._bodies) == 2 or (self._on_floor and bool(self._bodies))
 
     def _meeting(self) -> Array:
         """Midpoint of where two bodies are nearest to each other, shape (3,) [m]."""

@@ -199,7 +199,8 @@ def falsification_lines(found: Falsified) -> list[str]:
     if found.impossible:
         tried += f", {found.impossible} points passed over as impossible"
     if found.until_first is None:
-        said.append(f"nothing found in {tried}; least robustness {found.least[0]:.3g} (0 is failure) at")
+        where = "at" if found.least[1] else "as the study stands"
+        said.append(f"nothing found in {tried}; least robustness {found.least[0]:.3g} (0 is failure) {where}")
         said += [f"  {key} = {value:.6g}" for key, value in found.least[1].items()]
     else:
         said.append(f"first failure after {found.until_first} runs; {tried}, and"

@@ -56,6 +56,7 @@ DATA_ARRAYS = (
     "M",
     "qfrc_bias",
     "qfrc_passive",
+    "qfrc_actuator",
     "qacc",
 )
 MODEL_ARRAYS = (
@@ -158,7 +159,8 @@ def check(model: mujoco.MjModel, data: mujoco.MjData) -> None:
     for field in MODEL_ARRAYS:
         _compare("mjModel", field, model._address, ctypes.c_void_p, getattr(model, field).ctypes.data)
     _compare("mjModel", "nnumericdata", model._address, ctypes.c_int, model.nnumericdata)
-    _compare("mjModel", "nv", model._address, ctypes.c_int, model.nv)
+    for count in ("nv", "nC"):
+        _compare("mjModel", count, model._address, ctypes.c_int, getattr(model, count))
     _compare("mjData", "time", data._address, ctypes.c_double, data.time)
     _check_contacts()
 

@@ -185,3 +185,10 @@ def test_a_file_that_is_missing_hides_no_other_fault(tmp_path: Path, file: str) 
 def test_of_another_version_nothing_else_is_said_though_a_plugin_is_missing() -> None:
     found = faults("version: 99\nplugins: [nope.py]\nnovel: {x: 1}\n")
     assert [fault.split(": ")[1] for fault in found] == ["version", "plugins[0]"]
+
+
+def test_targets_of_teams_follow_files_of_waypoints(tmp_path: Path) -> None:
+    (tmp_path / "way.csv").write_text("0,0,0\n9,3,0\n")
+    teams = "[{name: n, robots: [1, 2, 3, 4, 5], targets: [{name: f, waypoints: way.csv}]}]"
+    (tmp_path / "s.yaml").write_text(f"duration: 1\ntarget: null\nteams: {teams}\n")
+    assert load_file(tmp_path / "s.yaml").teams[0].targets[0].waypoints[-1].time == 9.0

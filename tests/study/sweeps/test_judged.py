@@ -170,3 +170,14 @@ def test_only_law_and_reading_differ_from_the_papers_scenarios(paper: Design) ->
         assert mine[0].model_copy(update={"gain": None}) == others[0].model_copy(update={"gain": None})
         same = {"force_limit"}
         assert ours.robots.model_dump(exclude=same) == theirs.robots.model_dump(exclude=same)
+
+
+def test_equal_negative_medians_are_not_better_than_each_other() -> None:
+    found = judged(
+        {
+            "where": {"law": "a"},
+            "better": {"than": {"law": "b"}, "quantities": ["settling_time", "hull_margin"]},
+        },
+        lambda case, law, limit: {"settling_time": 1.0 + (law == "b"), "hull_margin": -3.0},
+    )
+    assert all(answer.holds for answer in found.answers.values())

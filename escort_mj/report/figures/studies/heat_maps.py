@@ -58,7 +58,7 @@ def draw_map(
         for axes in grid[:, 0]:
             axes.set_ylabel(y.title)
         bar = canvas.colorbar(image, ax=list(grid.ravel()), fraction=0.035, pad=0.015, aspect=25)
-        bar.set_label(f"[{scale.unit}]" if scale.unit else "")
+        bar.set_label(about.heading + (f" [{scale.unit}]" if scale.unit else ""))
         if scale.log:
             logarithmic(bar.ax.yaxis)
         bar.outline.set_visible(False)

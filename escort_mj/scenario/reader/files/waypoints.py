@@ -56,7 +56,7 @@ def _networked(data: dict[str, Any]) -> Iterator[tuple[Path, dict[str, Any]]]:
     mission = data.get("mission")
     stacks: list[tuple[Path, Any]] = [(("mission",), mission)]
     stacks += [(("mission", *path), phase) for path, phase in _listed(mission, "supervisor")]
-    for path, owner in [(("target",), data.get("target")), *_listed(data, "opponents")]:
+    for path, owner in [*_targets(data), *_listed(data, "opponents")]:
         if isinstance(owner, dict) and isinstance(owner.get("policy"), dict):
             yield (*path, "policy"), owner["policy"]
     for path, stack in stacks:
@@ -71,14 +71,19 @@ def _listed(table: Any, key: str) -> list[tuple[Path, Any]]:
     return [((key, k), entry) for k, entry in enumerate(entries if isinstance(entries, list | tuple) else ())]
 
 
+def _targets(data: dict[str, Any]) -> list[tuple[Path, Any]]:
+    """The target, those of teams, and their places."""
+    teams = _listed(data, "teams")
+    own = [((*path, *place), each) for path, team in teams for place, each in _listed(team, "targets")]
+    return [(("target",), data.get("target")), *own]
+
+
 def _motions(data: dict[str, Any]) -> Iterator[tuple[Path, dict[str, Any]]]:
     """Every table that may have waypoints, and its place."""
-    target, obstacles = data.get("target"), data.get("obstacles")
-    if isinstance(target, dict):
-        yield ("target",), target
-    for place, obstacle in enumerate(obstacles if isinstance(obstacles, list | tuple) else ()):
+    yield from ((path, target) for path, target in _targets(data) if isinstance(target, dict))
+    for path, obstacle in _listed(data, "obstacles"):
         if isinstance(obstacle, dict) and isinstance(obstacle.get("motion"), dict):
-            yield ("obstacles", place, "motion"), obstacle["motion"]
+            yield (*path, "motion"), obstacle["motion"]
 
 
 def with_value(value: Any, path: Path, new: Any) -> Any:
