@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
+from pydantic import ValidationError
 
 from escort_mj.behaviors.behavior import Behavior
 from escort_mj.components.component import Component
@@ -20,6 +21,7 @@ from escort_mj.radios import Radio
 from escort_mj.robots import RobotKind
 from escort_mj.rules import Rule
 from escort_mj.scenario.kinds import kind_of
+from escort_mj.scenario.reader.plugin_shape import required_parameters
 from escort_mj.sensors import Sensor
 
 QUESTIONS = 2  # that radios and sensors are asked
@@ -171,8 +173,21 @@ def table_of(member: type[Any], axes: int) -> dict[str, Any]:
     """The table of a member as a scenario gives it: its name, and what it has to be given in so many axes."""
     vectors = member.vectors() if issubclass(member, Component) else ()
     vector = tuple(1.0 / (1.0 + axis) for axis in range(axes))
+    needed = required_parameters(member) if issubclass(member, Component) else ()
+    numbers = {name: _allowed(member, name) for name in needed if name not in vectors}
     required = TRIALS[kind_of(member)].required
-    return {member.named_by: member.own_name(), **dict.fromkeys(vectors, vector), **required}
+    return {member.named_by: member.own_name(), **dict.fromkeys(vectors, vector), **numbers, **required}
+
+
+def _allowed(member: type[Any], name: str) -> float:
+    """A number that a parameter may be."""
+    for value in (1.0, 0.5, 2.0, 10.0, 0.1, -1.0):
+        try:
+            member.__pydantic_validator__.validate_assignment(member.model_construct(), name, value)
+        except ValidationError:
+            continue
+        return value
+    return 0.0
 
 
 def table_with(

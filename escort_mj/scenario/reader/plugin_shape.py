@@ -194,12 +194,18 @@ def check_name(model: type[Member], place: str) -> None:
         )
 
 
+def required_parameters(model: type[Component]) -> list[str]:
+    """Return the numbers and vectors that a scenario has to give a component."""
+    numbers = [name for name, field in model.model_fields.items() if field.annotation in (float, int)]
+    return [name for name in (*numbers, *model.vectors()) if model.model_fields[name].is_required()]
+
+
 def check_defaults(model: type[Any], place: str) -> None:
-    """Every parameter of its own but a vector, which fits some axes only, has a default."""
-    vectors = model.vectors() if issubclass(model, Component) else []
+    """Every parameter of its own has a default, but for numbers and vectors of components."""
+    needed = required_parameters(model) if issubclass(model, Component) else []
     base: type[Parameters] = kind_of(model) if issubclass(model, Equations) else Parameters
     for name, field in model.model_fields.items():
-        if field.is_required() and name not in (*vectors, *base.model_fields):
+        if field.is_required() and name not in (*needed, *base.model_fields):
             raise PluginError(f"{place}: the parameter {name} has no default")
         own = name in vars(model).get("__annotations__", {})
         if own and not isinstance(field.get_default(call_default_factory=True), Hashable):
