@@ -209,7 +209,7 @@ def read_text(path: Path) -> str:
     except FileNotFoundError:
         raise RunFolderError(f"{path}: there is no such file; is this a run folder?") from None
     except (OSError, ValueError) as error:
-        raise RunFolderError(f"{path}: cannot be read: {getattr(error, 'strerror', error)}") from None
+        raise RunFolderError(f"{path}: cannot be read: {getattr(error, 'strerror', None) or error}") from None
 
 
 def read_json(path: Path) -> Any:

@@ -92,7 +92,7 @@ def read_journal(folder: Path) -> tuple[Array, Array, dict[str, Any]]:
         if (folder / UNDER_WAY).is_file():
             episodes = _with_unended(episodes, _whole_rows(folder / UNDER_WAY, len(COLUMNS)))
     except (OSError, KeyError, TypeError, ValueError, ZeroDivisionError) as error:
-        words = getattr(error, "strerror", f"{HEADER} is damaged")
+        words = getattr(error, "strerror", None) or f"{HEADER} is damaged"
         raise RunFolderError(f"{folder}: the journal cannot be read: {words}") from None
     return samples, episodes, header
 

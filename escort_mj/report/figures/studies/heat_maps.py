@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +13,7 @@ from matplotlib.axes import Axes
 from matplotlib.colors import LogNorm, Normalize
 from numpy.typing import NDArray
 
-from escort_mj.report.figures.drawing.look import abreast
+from escort_mj.report.figures.drawing.look import abreast, present
 from escort_mj.report.figures.drawing.scales import Scale, logarithmic, readable, scale_of, ticks_of
 from escort_mj.report.figures.drawing.style import figure, panels
 from escort_mj.study.sweeps.quantities import RATES, Quantity
@@ -58,7 +59,9 @@ def draw_map(
         for axes in grid[:, 0]:
             axes.set_ylabel(y.title)
         bar = canvas.colorbar(image, ax=list(grid.ravel()), fraction=0.035, pad=0.015, aspect=25)
-        bar.set_label(about.heading + (f" [{scale.unit}]" if scale.unit else ""))
+        unit = f"[{scale.unit}]" if scale.unit else ""
+        untitled = f"{about.heading} {unit}".strip()  # the title says it otherwise
+        bar.set_label(unit if present().title else textwrap.fill(untitled, int(0.7 * height / LETTER)))
         if scale.log:
             logarithmic(bar.ax.yaxis)
         bar.outline.set_visible(False)
